@@ -1,0 +1,122 @@
+//! Angles and their differences, wrapped to (-pi, pi] in this one place.
+
+use core::ops::{Add, Neg, Sub};
+
+use crate::math::{self, PI, TAU};
+
+/// An angle in radians, anticlockwise from east, always in (-pi, pi].
+///
+/// Sums and differences wrap, so the difference of two angles is the short way round.
+///
+/// ```
+/// use standoff::Angle;
+/// let turn = Angle::from_deg(-170.0) - Angle::from_deg(170.0);
+/// assert!((turn.deg() - 20.0).abs() < 1e-9);
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+pub struct Angle(f64);
+
+impl Angle {
+    /// East; the zero of all angles.
+    pub const ZERO: Self = Self(0.0);
+
+    /// Wraps any finite number of radians.
+    pub fn from_rad(rad: f64) -> Self {
+        Self(wrap_rad(rad))
+    }
+
+    /// Wraps any finite number of degrees.
+    pub fn from_deg(deg: f64) -> Self {
+        Self::from_rad(deg.to_radians())
+    }
+
+    /// Radians in (-pi, pi].
+    pub fn rad(self) -> f64 {
+        self.0
+    }
+
+    /// Degrees in (-180, 180].
+    pub fn deg(self) -> f64 {
+        self.0.to_degrees()
+    }
+
+    /// Size of the angle, radians in [0, pi].
+    pub fn abs_rad(self) -> f64 {
+        self.0.abs()
+    }
+
+    /// Cosine.
+    pub fn cos(self) -> f64 {
+        math::cos(self.0)
+    }
+
+    /// Sine.
+    pub fn sin(self) -> f64 {
+        math::sin(self.0)
+    }
+}
+
+impl Add for Angle {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::from_rad(self.0 + other.0)
+    }
+}
+
+impl Sub for Angle {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::from_rad(self.0 - other.0)
+    }
+}
+
+impl Neg for Angle {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::from_rad(-self.0)
+    }
+}
+
+fn wrap_rad(rad: f64) -> f64 {
+    if rad > -PI && rad <= PI {
+        return rad;
+    }
+    let turned = rad % TAU;
+    if turned <= -PI {
+        turned + TAU
+    } else if turned > PI {
+        turned - TAU
+    } else {
+        turned
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn half_a_turn_is_plus_pi_never_minus_pi() {
+        for turns in [-3.0, -1.0, 1.0, 3.0] {
+            assert_eq!(Angle::from_rad(turns * PI).rad(), PI);
+        }
+    }
+
+    #[test]
+    fn a_difference_goes_the_short_way_round() {
+        let across_west = Angle::from_deg(-179.0) - Angle::from_deg(179.0);
+        assert!((across_west.deg() - 2.0).abs() < 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn an_angle_is_always_in_range_and_keeps_its_direction(rad in -1e6..1e6f64) {
+            let angle = Angle::from_rad(rad);
+            prop_assert!(angle.rad() > -PI && angle.rad() <= PI);
+            prop_assert!((angle.cos() - math::cos(rad)).abs() < 1e-9);
+            prop_assert!((angle.sin() - math::sin(rad)).abs() < 1e-9);
+            prop_assert_eq!(Angle::from_rad(angle.rad()), angle);
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Coordinated standoff tracking of moving target groups by several UAVs.
+//!
+//! A few fixed-wing UAVs keep groups of moving ground vehicles in view: each measures range and bearing, fuses what all
+//! have measured, and flies an orbit about its group whose radius follows the group's spread. The method is that of
+//! H. Oh, S. Kim, H.-S. Shin and A. Tsourdos, *Coordinated Standoff Tracking of Moving Target Groups Using Multiple
+//! UAVs*, IEEE Transactions on Aerospace and Electronic Systems 51(2), 2015; `Eq. (n)` is an equation of that paper.
+//!
+//! The library is pure: no clock, file, thread, random number or printing. Time, measurements and messages come in as
+//! arguments, commands go out as values. [`Agent::step`] joins everything; every part is usable by itself.
+//!
+//! Frame: x east, y north, metres. Angles: radians, anticlockwise from east, in (-pi, pi]. SI units; the unit is the
+//! last part of a name.
+
+pub mod agent;
+pub mod angle;
+pub mod coordination;
+pub mod estimation;
+pub mod frame;
+pub mod guidance;
+mod inbox;
+pub mod math;
+pub mod message;
+pub mod param;
+pub mod picture;
+pub mod sensor;
+pub mod target;
+pub mod team;
+pub mod time;
+pub mod uav;
+
+pub use agent::{Agent, Diagnostics, LookAt, Scan, Step};
+pub use angle::Angle;
+pub use coordination::event::{Event, EventKind};
+pub use coordination::group::{Group, GroupId, GroupParams, Margin, OnMembershipChange};
+pub use coordination::membership::{Known, Membership};
+pub use estimation::information_filter::{Contribution, Estimate, InformationFilter};
+pub use estimation::track::{LossReason, Track, TrackParams, TrackStatus};
+pub use frame::{Displacement, Position, Velocity};
+pub use guidance::heading::{Feedforward, GuidanceParams, Orbit, Steering};
+pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
+pub use guidance::vector_field::{Sense, VectorField};
+pub use message::{Cue, Detection, Message, Report};
+pub use param::{Allowed, ParamError};
+pub use picture::Picture;
+pub use sensor::{RangeBearing, SensorParams};
+pub use target::{TargetId, TargetParams, TargetState, Transition};
+pub use team::TeamParams;
+pub use time::{Duration, Time};
+pub use uav::{Command, Integrator, LimitedCommand, UavId, UavParams, UavState};

@@ -1,0 +1,141 @@
+//! How a parameter out of its range is reported; every `...Params` is checked once, when something is built from it.
+
+use core::fmt;
+
+/// A parameter outside its allowed range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} = {value}: must be {allowed}")]
+pub struct ParamError {
+    /// The parameter's name, unit last.
+    pub name: &'static str,
+    /// The value that was given.
+    pub value: f64,
+    /// What is allowed.
+    pub allowed: Allowed,
+}
+
+/// An interval of allowed values, in the parameter's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Allowed {
+    lower: Bound,
+    upper: Bound,
+    /// Where the interval comes from, if another parameter bounds it; else empty.
+    pub because: &'static str,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Bound {
+    None,
+    Open(f64),
+    Closed(f64),
+}
+
+impl Allowed {
+    /// Any finite number.
+    pub const FINITE: Self = Self { lower: Bound::None, upper: Bound::None, because: "" };
+
+    /// Larger than `limit`.
+    pub const fn above(limit: f64) -> Self {
+        Self { lower: Bound::Open(limit), ..Self::FINITE }
+    }
+
+    /// At least `limit`.
+    pub const fn at_least(limit: f64) -> Self {
+        Self { lower: Bound::Closed(limit), ..Self::FINITE }
+    }
+
+    /// And smaller than `limit`.
+    pub const fn below(self, limit: f64) -> Self {
+        Self { upper: Bound::Open(limit), ..self }
+    }
+
+    /// And at most `limit`.
+    pub const fn at_most(self, limit: f64) -> Self {
+        Self { upper: Bound::Closed(limit), ..self }
+    }
+
+    /// States which other parameter sets the bound.
+    pub const fn because(self, because: &'static str) -> Self {
+        Self { because, ..self }
+    }
+
+    /// The value is finite and inside.
+    pub fn contains(&self, value: f64) -> bool {
+        let above = match self.lower {
+            Bound::None => true,
+            Bound::Open(limit) => value > limit,
+            Bound::Closed(limit) => value >= limit,
+        };
+        let below = match self.upper {
+            Bound::None => true,
+            Bound::Open(limit) => value < limit,
+            Bound::Closed(limit) => value <= limit,
+        };
+        value.is_finite() && above && below
+    }
+
+    /// The same interval in another unit: every bound passed through an increasing function.
+    pub fn map(self, convert: impl Fn(f64) -> f64) -> Self {
+        let bound = |bound| match bound {
+            Bound::None => Bound::None,
+            Bound::Open(limit) => Bound::Open(convert(limit)),
+            Bound::Closed(limit) => Bound::Closed(convert(limit)),
+        };
+        Self { lower: bound(self.lower), upper: bound(self.upper), because: self.because }
+    }
+
+    /// Reports `value` under `name` if it is outside.
+    pub fn check(&self, name: &'static str, value: f64, errors: &mut Vec<ParamError>) {
+        if !self.contains(value) {
+            errors.push(ParamError { name, value, allowed: *self });
+        }
+    }
+}
+
+impl fmt::Display for Allowed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Bounds converted from radians carry rounding noise that nobody wants to read.
+        let tidy = |limit: f64| (limit * 1e9).round() / 1e9;
+        let lower = match self.lower {
+            Bound::None => None,
+            Bound::Open(limit) => Some(format!("above {}", tidy(limit))),
+            Bound::Closed(limit) => Some(format!("at least {}", tidy(limit))),
+        };
+        let upper = match self.upper {
+            Bound::None => None,
+            Bound::Open(limit) => Some(format!("below {}", tidy(limit))),
+            Bound::Closed(limit) => Some(format!("at most {}", tidy(limit))),
+        };
+        match (lower, upper) {
+            (None, None) => f.write_str("a finite number")?,
+            (Some(lower), None) => f.write_str(&lower)?,
+            (None, Some(upper)) => f.write_str(&upper)?,
+            (Some(lower), Some(upper)) => write!(f, "{lower} and {upper}")?,
+        }
+        if !self.because.is_empty() {
+            write!(f, " ({})", self.because)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_names_the_parameter_the_value_and_the_range() {
+        let mut errors = Vec::new();
+        let range = Allowed::above(0.0).at_most(2.0).because("see the manual");
+        range.check("lag_s", 3.0, &mut errors);
+        assert_eq!(errors[0].to_string(), "lag_s = 3: must be above 0 and at most 2 (see the manual)");
+    }
+
+    #[test]
+    fn no_range_contains_a_value_that_is_not_finite() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!Allowed::FINITE.contains(value));
+            assert!(!Allowed::above(-1.0).contains(value));
+        }
+    }
+}

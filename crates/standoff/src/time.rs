@@ -1,0 +1,91 @@
+//! Mission time as integer microseconds; the library never reads a clock.
+
+use core::ops::{Add, Sub};
+
+/// A moment, microseconds since the start of the mission.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Time(i64);
+
+/// The time between two moments, microseconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Duration(i64);
+
+impl Time {
+    /// The start of the mission.
+    pub const START: Self = Self(0);
+
+    /// From microseconds since the start of the mission.
+    pub const fn from_us(us: i64) -> Self {
+        Self(us)
+    }
+
+    /// Microseconds since the start of the mission.
+    pub const fn us(self) -> i64 {
+        self.0
+    }
+
+    /// Seconds since the start of the mission.
+    pub fn s(self) -> f64 {
+        self.0 as f64 / 1e6
+    }
+}
+
+impl Duration {
+    /// No time at all.
+    pub const ZERO: Self = Self(0);
+
+    /// From microseconds.
+    pub const fn from_us(us: i64) -> Self {
+        Self(us)
+    }
+
+    /// From seconds, to the nearest microsecond; saturates.
+    pub fn from_s(s: f64) -> Self {
+        Self((s * 1e6).round() as i64)
+    }
+
+    /// Microseconds.
+    pub const fn us(self) -> i64 {
+        self.0
+    }
+
+    /// Seconds.
+    pub fn s(self) -> f64 {
+        self.0 as f64 / 1e6
+    }
+}
+
+impl Add<Duration> for Time {
+    type Output = Self;
+    fn add(self, later: Duration) -> Self {
+        Self(self.0.saturating_add(later.0))
+    }
+}
+
+impl Sub for Time {
+    type Output = Duration;
+    fn sub(self, earlier: Self) -> Duration {
+        Duration(self.0.saturating_sub(earlier.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_hundred_half_seconds_are_exactly_a_hundred_seconds() {
+        let mut now = Time::START;
+        for _ in 0..200 {
+            now = now + Duration::from_s(0.5);
+        }
+        assert_eq!(now, Time::from_us(100_000_000));
+        assert_eq!((now - Time::START).s(), 100.0);
+    }
+
+    #[test]
+    fn times_at_the_ends_of_the_range_do_not_overflow() {
+        assert_eq!(Time::from_us(i64::MAX) + Duration::from_us(1), Time::from_us(i64::MAX));
+        assert_eq!((Time::from_us(i64::MIN) - Time::from_us(1)).us(), i64::MIN);
+    }
+}
