@@ -1,0 +1,85 @@
+//! What a team says to one another: what each UAV measured and from where, and the targets handed over to them.
+//!
+//! UAVs exchange raw measurements, not estimates: a receiver linearises them about its own prediction, so that
+//! information is counted once and all who heard the same hold the same picture, to the bit.
+
+use crate::angle::Angle;
+use crate::frame::{Position, Velocity};
+use crate::sensor::RangeBearing;
+use crate::target::TargetId;
+use crate::time::Time;
+use crate::uav::{UavId, UavState};
+
+/// Anything that can be said.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Message {
+    /// What a UAV measured.
+    Report(Report),
+    /// A target handed over.
+    Cue(Cue),
+}
+
+/// One target in one scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Which target.
+    pub target: TargetId,
+    /// Where it was seen from the UAV.
+    pub measurement: RangeBearing,
+}
+
+/// One scan of a UAV's sensor, and the UAV's state at that instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Who speaks.
+    pub uav: UavId,
+    /// Counts the speaker's restarts.
+    pub epoch: u32,
+    /// Counts the speaker's scans within an epoch.
+    pub sequence: u32,
+    /// When the scan was made.
+    pub time: Time,
+    /// Where the speaker was.
+    pub state: UavState,
+    /// Where its sensor pointed.
+    pub boresight: Option<Angle>,
+    /// What it saw, by ascending target, no target twice.
+    pub detections: Vec<Detection>,
+}
+
+/// A target handed over by somebody who searches (the paper assumes that initial target information is given).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cue {
+    /// Which target.
+    pub target: TargetId,
+    /// When it was there.
+    pub time: Time,
+    /// Where it was.
+    pub position: Position,
+    /// How it moved.
+    pub velocity: Velocity,
+    /// Standard deviation of the position per axis, m; above 0.
+    pub position_sd_m: f64,
+    /// Standard deviation of the velocity per axis, m/s; above 0.
+    pub velocity_sd_m_s: f64,
+}
+
+impl Cue {
+    /// Every number is finite and both standard deviations are positive.
+    pub fn is_sound(&self) -> bool {
+        let positive = |sd: f64| sd.is_finite() && sd > 0.0;
+        self.position.is_finite()
+            && self.velocity.is_finite()
+            && positive(self.position_sd_m)
+            && positive(self.velocity_sd_m_s)
+    }
+}
+
+impl Detection {
+    /// A measurement that a sensor can make: finite, with a positive range.
+    pub fn is_sound(&self) -> bool {
+        self.measurement.range_m.is_finite()
+            && self.measurement.range_m > 0.0
+            && self.measurement.bearing.rad().is_finite()
+    }
+}

@@ -1,0 +1,207 @@
+//! The GMTI sensor: range and bearing from a UAV to a target (7), what it can see, and what a measurement tells (31).
+//!
+//! The sensor hangs in a gimbal; its boresight is the line from the UAV to the point that its agent looks at. Planar:
+//! altitude is ignored.
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::angle::Angle;
+use crate::frame::{Displacement, Position};
+use crate::math;
+use crate::param::{Allowed, ParamError};
+
+/// Closer than this the bearing tells nothing that a filter could use, and the Jacobian's 1/r runs away.
+pub const RANGE_MIN_M: f64 = 1.0;
+
+/// A measurement: range and bearing from the UAV to the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeBearing {
+    /// Range r, m.
+    pub range_m: f64,
+    /// Bearing theta, anticlockwise from east.
+    #[doc(alias = "theta")]
+    pub bearing: Angle,
+}
+
+/// What the sensor is like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorParams {
+    /// Standard deviation of the range, sigma_r, m; above 0.
+    #[doc(alias = "sigma_r")]
+    pub range_sd_m: f64,
+    /// Standard deviation of the bearing, sigma_theta, rad; above 0.
+    #[doc(alias = "sigma_theta")]
+    pub bearing_sd_rad: f64,
+    /// Field of view, alpha_f, rad; above 0, at most a whole turn.
+    #[doc(alias = "alpha_f")]
+    pub field_of_view_rad: f64,
+    /// Furthest range at which a target is seen, m; above 0.
+    pub sensing_range_m: f64,
+}
+
+impl SensorParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        Allowed::at_least(1e-3).at_most(1e5).check("range_sd_m", self.range_sd_m, &mut errors);
+        Allowed::at_least(1e-6).at_most(math::PI).check("bearing_sd_rad", self.bearing_sd_rad, &mut errors);
+        let view = Allowed::above(0.0).at_most(math::TAU);
+        view.check("field_of_view_rad", self.field_of_view_rad, &mut errors);
+        Allowed::above(RANGE_MIN_M).at_most(1e6).check("sensing_range_m", self.sensing_range_m, &mut errors);
+        errors
+    }
+
+    /// Half the field of view, rad.
+    pub fn half_view_rad(&self) -> f64 {
+        0.5 * self.field_of_view_rad
+    }
+
+    /// The target lies within half the field of view of the boresight, and within sensing range.
+    pub fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
+        let target_rel_uav = target - uav;
+        target_rel_uav.length_m() <= self.sensing_range_m
+            && (target_rel_uav.direction() - boresight).abs_rad() <= self.half_view_rad()
+    }
+
+    /// Like [`in_view`](Self::in_view), but with `clearance_m` to spare in every direction.
+    pub fn well_in_view(&self, uav: Position, boresight: Angle, target: Position, clearance_m: f64) -> bool {
+        let target_rel_uav = target - uav;
+        let range_m = target_rel_uav.length_m();
+        let off_boresight_rad = (target_rel_uav.direction() - boresight).abs_rad();
+        range_m > clearance_m.max(RANGE_MIN_M)
+            && range_m + clearance_m <= self.sensing_range_m
+            && off_boresight_rad + clearance_m / range_m <= self.half_view_rad()
+    }
+
+    /// What one measurement from `uav` tells about the position of a target at `target`, R being this sensor's:
+    /// H' R^-1 H, 1/m2.
+    ///
+    /// Implements Eq. (31), one UAV's term. Zero within [`RANGE_MIN_M`].
+    #[doc(alias = "fisher")]
+    pub fn information(&self, uav: Position, target: Position) -> Matrix2<f64> {
+        let Some(h) = jacobian(uav, target) else { return Matrix2::zeros() };
+        h.transpose() * self.noise_information() * h
+    }
+
+    /// R^-1.
+    pub fn noise_information(&self) -> Matrix2<f64> {
+        Matrix2::from_diagonal(&Vector2::new(
+            1.0 / (self.range_sd_m * self.range_sd_m),
+            1.0 / (self.bearing_sd_rad * self.bearing_sd_rad),
+        ))
+    }
+
+    /// Where a single measurement puts the target, and the covariance of that position, m2.
+    pub fn converted(&self, uav: Position, z: &RangeBearing) -> (Position, Matrix2<f64>) {
+        let along = Displacement::from_polar(1.0, z.bearing).vector();
+        let across = Vector2::new(-along.y, along.x);
+        let across_sd_m = z.range_m.max(RANGE_MIN_M) * self.bearing_sd_rad;
+        let covariance = along * along.transpose() * (self.range_sd_m * self.range_sd_m)
+            + across * across.transpose() * (across_sd_m * across_sd_m);
+        (uav + Displacement::from_polar(z.range_m, z.bearing), covariance)
+    }
+}
+
+/// The noise-free measurement of a target at `target` from `uav`.
+///
+/// Implements Eq. (7).
+pub fn measure(uav: Position, target: Position) -> RangeBearing {
+    let target_rel_uav = target - uav;
+    RangeBearing { range_m: target_rel_uav.length_m(), bearing: target_rel_uav.direction() }
+}
+
+/// Derivative H of (7) with respect to the target's position: rows range (m/m) and bearing (rad/m), columns x and y.
+/// All other columns of the state are zero. `None` within [`RANGE_MIN_M`].
+///
+/// Implements the H of Eq. (10), (11).
+pub fn jacobian(uav: Position, target: Position) -> Option<Matrix2<f64>> {
+    let target_rel_uav = target - uav;
+    let range_m = target_rel_uav.length_m();
+    if range_m.is_nan() || range_m < RANGE_MIN_M {
+        return None;
+    }
+    let (cos, sin) = (target_rel_uav.x_m() / range_m, target_rel_uav.y_m() / range_m);
+    Some(Matrix2::new(cos, sin, -sin / range_m, cos / range_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn table_1() -> SensorParams {
+        SensorParams {
+            range_sd_m: 10.0,
+            bearing_sd_rad: 3f64.to_radians(),
+            field_of_view_rad: 70f64.to_radians(),
+            sensing_range_m: 1200.0,
+        }
+    }
+
+    /// Checks Eq. (7).
+    #[test]
+    fn range_and_bearing_of_a_3_4_5_triangle() {
+        let z = measure(Position::from_m(100.0, 200.0), Position::from_m(97.0, 204.0));
+        assert!((z.range_m - 5.0).abs() < 1e-12);
+        assert!((z.bearing.deg() - 126.869_897_645_844).abs() < 1e-9);
+    }
+
+    #[test]
+    fn view_ends_at_half_the_field_of_view_and_at_the_sensing_range() {
+        let sensor = table_1();
+        let at = |deg: f64, range_m| Position::ORIGIN + Displacement::from_polar(range_m, Angle::from_deg(deg));
+        let west = Angle::from_deg(180.0);
+        assert!(sensor.in_view(Position::ORIGIN, west, at(-145.1, 400.0)));
+        assert!(!sensor.in_view(Position::ORIGIN, west, at(-144.9, 400.0)));
+        assert!(sensor.in_view(Position::ORIGIN, west, at(170.0, 1199.0)));
+        assert!(!sensor.in_view(Position::ORIGIN, west, at(170.0, 1201.0)));
+        assert!(sensor.well_in_view(Position::ORIGIN, west, at(-148.0, 400.0), 10.0));
+        assert!(!sensor.well_in_view(Position::ORIGIN, west, at(-146.0, 400.0), 10.0));
+    }
+
+    /// Checks Eq. (31): the printed entries, for a bearing of 30 degrees at 300 m.
+    #[test]
+    fn information_has_the_printed_entries() {
+        let (theta, r) = (30f64.to_radians(), 300.0);
+        let target = Position::ORIGIN + Displacement::from_polar(r, Angle::from_rad(theta));
+        let got = table_1().information(Position::ORIGIN, target);
+        let (c, s) = (math::cos(theta), math::sin(theta));
+        let (a, b) = (1.0 / 100.0, 1.0 / (r * 3f64.to_radians() * (r * 3f64.to_radians())));
+        let expected = Matrix2::new(c * c * a + s * s * b, c * s * (a - b), c * s * (a - b), s * s * a + c * c * b);
+        assert!((got - expected).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_covariance_of_a_converted_measurement_inverts_the_information() {
+        let sensor = table_1();
+        let (uav, target) = (Position::from_m(-50.0, 20.0), Position::from_m(250.0, 310.0));
+        let (position, covariance) = sensor.converted(uav, &measure(uav, target));
+        assert!(position.distance_m(target) < 1e-9);
+        assert!((covariance * sensor.information(uav, target) - Matrix2::identity()).norm() < 1e-9);
+    }
+
+    proptest! {
+        /// Checks the H of Eq. (10), (11) by central differences.
+        #[test]
+        fn the_jacobian_matches_differences(x in -1e3..1e3f64, y in -1e3..1e3f64) {
+            let uav = Position::from_m(3.0, -7.0);
+            prop_assume!(uav.distance_m(Position::from_m(x, y)) > 5.0);
+            let h = jacobian(uav, Position::from_m(x, y)).unwrap();
+            let step = 1e-4;
+            for (column, (dx, dy)) in [(step, 0.0), (0.0, step)].into_iter().enumerate() {
+                let plus = measure(uav, Position::from_m(x + dx, y + dy));
+                let minus = measure(uav, Position::from_m(x - dx, y - dy));
+                let range_slope = (plus.range_m - minus.range_m) / (2.0 * step);
+                let bearing_slope = (plus.bearing - minus.bearing).rad() / (2.0 * step);
+                prop_assert!((h[(0, column)] - range_slope).abs() < 1e-6);
+                prop_assert!((h[(1, column)] - bearing_slope).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn overhead_there_is_no_jacobian_and_no_information() {
+        assert_eq!(jacobian(Position::ORIGIN, Position::from_m(0.5, 0.0)), None);
+        assert_eq!(table_1().information(Position::ORIGIN, Position::ORIGIN), Matrix2::zeros());
+    }
+}

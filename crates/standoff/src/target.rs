@@ -1,0 +1,314 @@
+//! A ground target: correlated acceleration per axis (Singer's model) (5, 6).
+//!
+//! ```text
+//! x_{k+1} = F x_k + eta      F_1 = | 1  T  (e^{-aT} + aT - 1)/a^2 |
+//!                                  | 0  1  (1 - e^{-aT})/a        |          Eq. (5, 6)
+//!                                  | 0  0  e^{-aT}                |
+//! ```
+//!
+//! The scan prints five states; there are six: position, velocity, acceleration per axis. The paper prints no Q: here
+//! it is the exact one for white jerk of density 2 a sigma_a^2, Q = 2 a sigma_a^2 int_0^T g(s) g(s)' ds with g the
+//! third column of F_1.
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+use crate::frame::{Position, Velocity};
+use crate::math;
+use crate::param::{Allowed, ParamError};
+use crate::time::Duration;
+
+/// Identifies a target; detections carry it (the paper's assumption: data association is solved).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TargetId(pub u32);
+
+/// Position, velocity and acceleration of a target, or of a group's centre.
+///
+/// The order inside is `[x, vx, ax, y, vy, ay]`: two blocks of three, one per axis.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TargetState(pub Vector6<f64>);
+
+/// Where the two position components stand in the state.
+pub(crate) const POSITION: [usize; 2] = [0, 3];
+/// Where the two velocity components stand in the state.
+pub(crate) const VELOCITY: [usize; 2] = [1, 4];
+
+impl TargetState {
+    /// From position, velocity and acceleration east and north, m/s2.
+    pub fn new(position: Position, velocity: Velocity, acceleration_m_s2: [f64; 2]) -> Self {
+        Self(Vector6::new(
+            position.x_m(),
+            velocity.x_m_s(),
+            acceleration_m_s2[0],
+            position.y_m(),
+            velocity.y_m_s(),
+            acceleration_m_s2[1],
+        ))
+    }
+
+    /// Position in the world frame.
+    pub fn position(&self) -> Position {
+        Position::from_m(self.0[POSITION[0]], self.0[POSITION[1]])
+    }
+
+    /// Velocity in the world frame.
+    pub fn velocity(&self) -> Velocity {
+        Velocity::from_m_s(self.0[VELOCITY[0]], self.0[VELOCITY[1]])
+    }
+
+    /// Acceleration east and north, m/s2.
+    pub fn acceleration_m_s2(&self) -> [f64; 2] {
+        [self.0[2], self.0[5]]
+    }
+}
+
+/// Parameters of the target model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetParams {
+    /// Correlation rate of the acceleration, alpha, 1/s; at least 0 (0: constant acceleration).
+    #[doc(alias = "alpha")]
+    pub correlation_rate_1_s: f64,
+    /// Standard deviation of the acceleration per axis, sigma_a, m/s2; at least 0.
+    #[doc(alias = "sigma_a")]
+    pub acceleration_sd_m_s2: f64,
+}
+
+impl TargetParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        let rate = Allowed::at_least(0.0).at_most(100.0);
+        rate.check("correlation_rate_1_s", self.correlation_rate_1_s, &mut errors);
+        let sd = Allowed::at_least(0.0).at_most(1000.0);
+        sd.check("acceleration_sd_m_s2", self.acceleration_sd_m_s2, &mut errors);
+        errors
+    }
+
+    /// The model over a time step.
+    ///
+    /// Implements Eq. (6) and the exact Q.
+    pub fn transition(&self, dt: Duration) -> Transition {
+        let (alpha, t) = (self.correlation_rate_1_s, dt.s());
+        let third = third_column(alpha, t);
+        let density = 2.0 * alpha * self.acceleration_sd_m_s2 * self.acceleration_sd_m_s2;
+        Transition {
+            dt,
+            f: Matrix3::new(1.0, t, third[0], 0.0, 1.0, third[1], 0.0, 0.0, third[2]),
+            q: noise_integral(alpha, t) * density,
+        }
+    }
+}
+
+/// The target model over one time step; both axes share it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transition {
+    /// The time step.
+    pub dt: Duration,
+    /// F_1 of one axis (6).
+    pub f: Matrix3<f64>,
+    /// Q of one axis.
+    pub q: Matrix3<f64>,
+}
+
+impl Transition {
+    /// The state after the step, without noise.
+    ///
+    /// Implements Eq. (5).
+    pub fn predict(&self, state: &TargetState) -> TargetState {
+        let x: Vector3<f64> = self.f * state.0.fixed_rows::<3>(0);
+        let y: Vector3<f64> = self.f * state.0.fixed_rows::<3>(3);
+        TargetState(Vector6::new(x[0], x[1], x[2], y[0], y[1], y[2]))
+    }
+
+    /// F P F' + Q, symmetric to the bit.
+    pub fn predict_covariance(&self, p: &Matrix6<f64>) -> Matrix6<f64> {
+        let ft = self.f.transpose();
+        let mut predicted = Matrix6::zeros();
+        for (row, column) in [(0, 0), (0, 3), (3, 3)] {
+            let mut block: Matrix3<f64> = self.f * p.fixed_view::<3, 3>(row, column) * ft;
+            if row == column {
+                block += self.q;
+            }
+            predicted.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
+        }
+        predicted.fill_lower_triangle_with_upper_triangle();
+        predicted
+    }
+
+    /// A lower triangle L with L L' = Q of one axis: three standard normals times L are a draw of eta.
+    pub fn noise_factor(&self) -> Matrix3<f64> {
+        // Not a library's Cholesky: Q is zero for targets that never accelerate, and L is then zero too.
+        let mut l = Matrix3::zeros();
+        for column in 0..3 {
+            let mut pivot = self.q[(column, column)];
+            for k in 0..column {
+                pivot -= l[(column, k)] * l[(column, k)];
+            }
+            if pivot <= 0.0 {
+                continue;
+            }
+            l[(column, column)] = pivot.sqrt();
+            for row in column + 1..3 {
+                let mut rest = self.q[(row, column)];
+                for k in 0..column {
+                    rest -= l[(row, k)] * l[(column, k)];
+                }
+                l[(row, column)] = rest / l[(column, column)];
+            }
+        }
+        l
+    }
+}
+
+/// Below this alpha T the closed forms cancel; a power series is exact to rounding there.
+const SERIES_BELOW: f64 = 1.0;
+/// Terms of the series: 1/24! is far below rounding.
+const TERMS: usize = 24;
+
+/// Third column of F_1 (6): what a unit acceleration does over `t`.
+fn third_column(alpha: f64, t: f64) -> [f64; 3] {
+    let x = alpha * t;
+    if x < SERIES_BELOW {
+        return core::array::from_fn(|row| polynomial(&third_column_series(alpha, row), t));
+    }
+    let e = math::exp(-x);
+    [(e + x - 1.0) / (alpha * alpha), (1.0 - e) / alpha, e]
+}
+
+/// Coefficients of powers of t in row `row` of the third column: g_3 = e^{-alpha t}, g_2 and g_1 its first and second
+/// integrals.
+fn third_column_series(alpha: f64, row: usize) -> [f64; TERMS] {
+    let lowest = 2 - row;
+    let mut series = [0.0; TERMS];
+    let mut term = 1.0;
+    for (power, coefficient) in series.iter_mut().enumerate() {
+        term /= power.max(1) as f64;
+        if power >= lowest {
+            *coefficient = term;
+            term *= -alpha;
+        }
+    }
+    series
+}
+
+fn polynomial(series: &[f64], t: f64) -> f64 {
+    series.iter().rev().fold(0.0, |sum, coefficient| sum * t + coefficient)
+}
+
+/// int_0^t g(s) g(s)' ds.
+fn noise_integral(alpha: f64, t: f64) -> Matrix3<f64> {
+    let x = alpha * t;
+    if x < SERIES_BELOW {
+        return Matrix3::from_fn(|row, column| {
+            let (a, b) = (third_column_series(alpha, row), third_column_series(alpha, column));
+            let mut integral = [0.0; 2 * TERMS];
+            for (i, a) in a.iter().enumerate() {
+                for (j, b) in b.iter().enumerate() {
+                    integral[i + j + 1] += a * b / (i + j + 1) as f64;
+                }
+            }
+            polynomial(&integral, t)
+        });
+    }
+    let (e, e2) = (math::exp(-x), math::exp(-2.0 * x));
+    let a2 = alpha * alpha;
+    let (a3, a4, a5) = (a2 * alpha, a2 * a2, a2 * a2 * alpha);
+    let q11 = (1.0 - e2 + 2.0 * x + 2.0 * x * x * x / 3.0 - 2.0 * x * x - 4.0 * x * e) / (2.0 * a5);
+    let q12 = (e2 + 1.0 - 2.0 * e + 2.0 * x * e - 2.0 * x + x * x) / (2.0 * a4);
+    let q13 = (1.0 - e2 - 2.0 * x * e) / (2.0 * a3);
+    let q22 = (4.0 * e - 3.0 - e2 + 2.0 * x) / (2.0 * a3);
+    let q23 = (e2 + 1.0 - 2.0 * e) / (2.0 * a2);
+    let q33 = (1.0 - e2) / (2.0 * alpha);
+    Matrix3::new(q11, q12, q13, q12, q22, q23, q13, q23, q33)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(alpha: f64, sd: f64) -> TargetParams {
+        TargetParams { correlation_rate_1_s: alpha, acceleration_sd_m_s2: sd }
+    }
+
+    fn close(a: f64, b: f64, relative: f64) -> bool {
+        (a - b).abs() <= relative * a.abs().max(b.abs())
+    }
+
+    /// Checks Eq. (6): Table I's alpha and T_s give the printed entries.
+    #[test]
+    fn the_transition_matrix_is_the_printed_one() {
+        let t = model(0.1, 1.0).transition(Duration::from_s(0.5));
+        let e = math::exp(-0.05);
+        assert!(close(t.f[(0, 2)], (e + 0.05 - 1.0) / 0.01, 1e-11));
+        assert!(close(t.f[(1, 2)], (1.0 - e) / 0.1, 1e-13));
+        assert!(close(t.f[(2, 2)], e, 1e-15));
+        assert_eq!((t.f[(0, 0)], t.f[(0, 1)], t.f[(1, 1)], t.f[(1, 0)]), (1.0, 0.5, 1.0, 0.0));
+    }
+
+    /// Checks Eq. (5, 6): two half steps are one whole step, for F and for Q, on both sides of the series.
+    #[test]
+    fn two_half_steps_make_one_step() {
+        for (alpha, dt_s) in [(0.0, 0.5), (1e-6, 1.0), (0.1, 0.5), (0.3, 6.0), (1.9, 0.6), (4.0, 2.0)] {
+            let whole = model(alpha, 0.7).transition(Duration::from_s(dt_s));
+            let half = model(alpha, 0.7).transition(Duration::from_s(dt_s / 2.0));
+            let f = half.f * half.f;
+            let q = half.f * half.q * half.f.transpose() + half.q;
+            for i in 0..3 {
+                for j in 0..3 {
+                    assert!(close(whole.f[(i, j)], f[(i, j)], 1e-13), "F {alpha} {dt_s} {i} {j}");
+                    assert!(close(whole.q[(i, j)], q[(i, j)], 1e-11), "Q {alpha} {dt_s} {i} {j}");
+                }
+            }
+        }
+    }
+
+    /// Checks the exact Q against the limit of small alpha T: white jerk's [T^5/20 T^4/8 T^3/6; . T^3/3 T^2/2; . . T].
+    #[test]
+    fn for_short_steps_q_is_that_of_white_jerk() {
+        let (alpha, t) = (1e-9, 0.5f64);
+        let q = noise_integral(alpha, t);
+        let (t2, t3) = (t * t, t * t * t);
+        let expected = [t3 * t2 / 20.0, t3 * t / 8.0, t3 / 6.0, t3 / 3.0, t2 / 2.0, t];
+        let got = [q[(0, 0)], q[(0, 1)], q[(0, 2)], q[(1, 1)], q[(1, 2)], q[(2, 2)]];
+        for (got, expected) in got.iter().zip(expected) {
+            assert!(close(*got, expected, 1e-8), "{got} {expected}");
+        }
+    }
+
+    /// Checks the exact Q: the series and the closed form meet where they change over.
+    #[test]
+    fn series_and_closed_form_agree() {
+        let below = noise_integral(0.999_999_999, 1.0);
+        let above = noise_integral(1.000_000_001, 1.0);
+        for i in 0..9 {
+            assert!(close(below[i], above[i], 1e-8), "{} {}", below[i], above[i]);
+        }
+    }
+
+    #[test]
+    fn the_noise_factor_squares_to_q() {
+        let t = model(0.1, 0.05).transition(Duration::from_s(0.5));
+        let l = t.noise_factor();
+        let q = l * l.transpose();
+        for i in 0..9 {
+            assert!(close(q[i], t.q[i], 1e-12));
+        }
+        assert_eq!(model(0.1, 0.0).transition(Duration::from_s(0.5)).noise_factor(), Matrix3::zeros());
+    }
+
+    #[test]
+    fn the_block_prediction_equals_the_whole_matrices() {
+        let t = model(0.3, 0.7).transition(Duration::from_s(0.4));
+        let root = Matrix6::from_fn(|i, j| 0.3 * (i as f64 + 1.0) - 0.2 * (j as f64) + f64::from(i == j));
+        let p = root * root.transpose();
+        let mut f6 = Matrix6::zeros();
+        let mut q6 = Matrix6::zeros();
+        for block in [0, 3] {
+            f6.fixed_view_mut::<3, 3>(block, block).copy_from(&t.f);
+            q6.fixed_view_mut::<3, 3>(block, block).copy_from(&t.q);
+        }
+        let expected = f6 * p * f6.transpose() + q6;
+        let got = t.predict_covariance(&p);
+        assert!((got - expected).norm() < 1e-12 * expected.norm());
+        assert_eq!(got, got.transpose());
+    }
+}

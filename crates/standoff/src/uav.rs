@@ -1,0 +1,316 @@
+//! A fixed-wing UAV under its low-level autopilot: first-order lags on speed and turn rate, and their limits (1-4).
+//!
+//! ```text
+//! x' = v cos psi      y' = v sin psi      psi' = omega
+//! v' = (u_v - v) / tau_v                  omega' = (u_omega - omega) / tau_omega         Eq. (1)
+//! |u_v - v_0| <= dv_max                   |u_omega| <= omega_max                         Eq. (2, 3)
+//! ```
+//!
+//! Erratum: at the paper's 0.5 s the Euler step (4) of the heading loop is only marginally stable. Holding the command
+//! and solving (1) exactly over the step is the default; Euler stays selectable.
+
+use crate::angle::Angle;
+use crate::frame::{Displacement, Position, Velocity};
+use crate::math;
+use crate::param::{Allowed, ParamError};
+use crate::time::Duration;
+
+/// Identifies a UAV; teams agree on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct UavId(pub u32);
+
+/// Position, heading, speed and turn rate of a UAV: the state of Eq. (1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UavState {
+    /// Position in the world frame.
+    pub position: Position,
+    /// Heading psi; also the direction of motion (no wind).
+    #[doc(alias = "psi")]
+    pub heading: Angle,
+    /// Speed v, m/s.
+    pub speed_m_s: f64,
+    /// Turn rate omega, rad/s, positive anticlockwise.
+    #[doc(alias = "omega")]
+    pub turn_rate_rad_s: f64,
+}
+
+impl UavState {
+    /// Velocity over ground.
+    pub fn velocity(&self) -> Velocity {
+        Velocity::from_polar(self.speed_m_s, self.heading)
+    }
+
+    /// Every component is finite.
+    pub fn is_finite(&self) -> bool {
+        self.position.is_finite()
+            && self.heading.rad().is_finite()
+            && self.speed_m_s.is_finite()
+            && self.turn_rate_rad_s.is_finite()
+    }
+}
+
+/// What the low-level autopilot is asked for: speed u_v and turn rate u_omega.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Command {
+    /// Speed, m/s.
+    #[doc(alias = "u_v")]
+    pub speed_m_s: f64,
+    /// Turn rate, rad/s, positive anticlockwise.
+    #[doc(alias = "u_omega")]
+    pub turn_rate_rad_s: f64,
+}
+
+/// A command inside the limits, and which limit it met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitedCommand {
+    /// The command to give.
+    pub command: Command,
+    /// More speed change was wanted than (2) allows.
+    pub speed_limited: bool,
+    /// More turn rate was wanted than (3) allows.
+    pub turn_rate_limited: bool,
+}
+
+/// How (1) is carried over a time step.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// Exact solution under a held command.
+    #[default]
+    Exact,
+    /// One Euler step (4), as printed.
+    Euler,
+}
+
+/// Limits and lags of a UAV.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UavParams {
+    /// Nominal speed v_0, which is also the desired speed v_d, m/s; above 0.
+    #[doc(alias = "v_0")]
+    #[doc(alias = "v_d")]
+    pub speed_m_s: f64,
+    /// Largest change of the speed command, dv_max, m/s; at least 0, below `speed_m_s`.
+    #[doc(alias = "dv_max")]
+    pub speed_change_max_m_s: f64,
+    /// Largest turn rate command, omega_max, rad/s; above 0.
+    #[doc(alias = "omega_max")]
+    pub turn_rate_max_rad_s: f64,
+    /// Lag of the speed, tau_v, s; above 0.
+    #[doc(alias = "tau_v")]
+    pub speed_lag_s: f64,
+    /// Lag of the turn rate, tau_omega, s; above 0.
+    #[doc(alias = "tau_omega")]
+    pub turn_rate_lag_s: f64,
+    /// Exact or Euler.
+    pub integrator: Integrator,
+}
+
+impl UavParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        Allowed::above(0.0).at_most(1000.0).check("speed_m_s", self.speed_m_s, &mut errors);
+        Allowed::at_least(0.0).below(self.speed_m_s).because("the UAV must keep flying: below speed_m_s").check(
+            "speed_change_max_m_s",
+            self.speed_change_max_m_s,
+            &mut errors,
+        );
+        Allowed::above(0.0).at_most(10.0).check("turn_rate_max_rad_s", self.turn_rate_max_rad_s, &mut errors);
+        let lag = Allowed::at_least(1e-3).at_most(60.0);
+        lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
+        lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
+        errors
+    }
+
+    /// Brings a wanted command inside the limits.
+    ///
+    /// Implements Eq. (2), (3). Total: a wanted value that is not a number becomes level flight at the nominal speed,
+    /// and counts as limited.
+    pub fn limit(&self, wanted: Command) -> LimitedCommand {
+        let (speed_m_s, speed_limited) = clamp_flagged(
+            wanted.speed_m_s,
+            self.speed_m_s - self.speed_change_max_m_s,
+            self.speed_m_s + self.speed_change_max_m_s,
+            self.speed_m_s,
+        );
+        let (turn_rate_rad_s, turn_rate_limited) =
+            clamp_flagged(wanted.turn_rate_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s, 0.0);
+        LimitedCommand { command: Command { speed_m_s, turn_rate_rad_s }, speed_limited, turn_rate_limited }
+    }
+
+    /// The state after holding `command` for `dt`.
+    ///
+    /// Implements Eq. (1) exactly, or Eq. (4) where Euler is selected.
+    pub fn step(&self, state: &UavState, command: Command, dt: Duration) -> UavState {
+        match self.integrator {
+            Integrator::Exact => self.step_exact(state, command, dt.s()),
+            Integrator::Euler => self.step_euler(state, command, dt.s()),
+        }
+    }
+
+    fn step_exact(&self, state: &UavState, command: Command, dt_s: f64) -> UavState {
+        let at = |t_s: f64| {
+            let speed_decay = math::exp(-t_s / self.speed_lag_s);
+            let turn_decay = math::exp(-t_s / self.turn_rate_lag_s);
+            let turn_excess = state.turn_rate_rad_s - command.turn_rate_rad_s;
+            let turned_rad = command.turn_rate_rad_s * t_s + turn_excess * self.turn_rate_lag_s * (1.0 - turn_decay);
+            (
+                state.heading + Angle::from_rad(turned_rad),
+                command.speed_m_s + (state.speed_m_s - command.speed_m_s) * speed_decay,
+                command.turn_rate_rad_s + turn_excess * turn_decay,
+            )
+        };
+        // Speed, turn rate and heading have closed forms; position, their integral, has none. Pieces no longer than a
+        // lag keep the quadrature's error below a micrometre.
+        let lag_s = self.speed_lag_s.min(self.turn_rate_lag_s);
+        let pieces = (dt_s / lag_s).ceil().clamp(1.0, 1000.0);
+        let piece_s = dt_s / pieces;
+        let mut position = state.position;
+        for piece in 0..pieces as u32 {
+            for (node, weight) in GAUSS_LEGENDRE {
+                let (heading, speed_m_s, _) = at((f64::from(piece) + 0.5 + 0.5 * node) * piece_s);
+                position = position + Displacement::from_polar(0.5 * weight * piece_s * speed_m_s, heading);
+            }
+        }
+        let (heading, speed_m_s, turn_rate_rad_s) = at(dt_s);
+        UavState { position, heading, speed_m_s, turn_rate_rad_s }
+    }
+
+    fn step_euler(&self, state: &UavState, command: Command, dt_s: f64) -> UavState {
+        UavState {
+            position: state.position + state.velocity() * dt_s,
+            heading: state.heading + Angle::from_rad(state.turn_rate_rad_s * dt_s),
+            speed_m_s: state.speed_m_s + dt_s * (command.speed_m_s - state.speed_m_s) / self.speed_lag_s,
+            turn_rate_rad_s: state.turn_rate_rad_s
+                + dt_s * (command.turn_rate_rad_s - state.turn_rate_rad_s) / self.turn_rate_lag_s,
+        }
+    }
+
+    /// Largest modulus of the sampled heading loop's eigenvalues under u_omega = -k_omega psi; the loop is stable
+    /// below 1.
+    ///
+    /// A diagnostic of the erratum of Eq. (4): Euler needs `heading_gain_1_s * period < 1`.
+    pub fn heading_loop_modulus(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
+        let (k, t, tau) = (heading_gain_1_s, period.s(), self.turn_rate_lag_s);
+        let (trace, determinant) = match self.integrator {
+            Integrator::Exact => {
+                let e = math::exp(-t / tau);
+                let (heading_per_rate, heading_per_command) = (tau * (1.0 - e), t - tau * (1.0 - e));
+                let a = 1.0 - k * heading_per_command;
+                (a + e, a * e + k * (1.0 - e) * heading_per_rate)
+            }
+            Integrator::Euler => (2.0 - t / tau, 1.0 - t / tau + k * t * t / tau),
+        };
+        let discriminant = 0.25 * trace * trace - determinant;
+        if discriminant < 0.0 { determinant.sqrt() } else { 0.5 * trace.abs() + discriminant.sqrt() }
+    }
+}
+
+/// Nodes and weights of the five-point rule on [-1, 1].
+const GAUSS_LEGENDRE: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+];
+
+fn clamp_flagged(wanted: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bool) {
+    if wanted.is_nan() {
+        return (fallback, true);
+    }
+    (wanted.clamp(lower, upper), wanted < lower || wanted > upper)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::PI;
+
+    fn table_1(integrator: Integrator) -> UavParams {
+        UavParams {
+            speed_m_s: 40.0,
+            speed_change_max_m_s: 15.0,
+            turn_rate_max_rad_s: 0.3,
+            speed_lag_s: 1.0 / 3.0,
+            turn_rate_lag_s: 1.0 / 3.0,
+            integrator,
+        }
+    }
+
+    fn start() -> UavState {
+        UavState {
+            position: Position::from_m(10.0, -5.0),
+            heading: Angle::from_deg(100.0),
+            speed_m_s: 38.0,
+            turn_rate_rad_s: -0.1,
+        }
+    }
+
+    /// Checks Eq. (1): the exact step equals ten thousand small Runge-Kutta steps.
+    #[test]
+    fn the_exact_step_solves_the_kinematics() {
+        let params = table_1(Integrator::Exact);
+        let command = Command { speed_m_s: 47.0, turn_rate_rad_s: 0.3 };
+        let f = |s: [f64; 5]| {
+            [
+                s[3] * math::cos(s[2]),
+                s[3] * math::sin(s[2]),
+                s[4],
+                (command.speed_m_s - s[3]) / params.speed_lag_s,
+                (command.turn_rate_rad_s - s[4]) / params.turn_rate_lag_s,
+            ]
+        };
+        for dt_s in [0.5, 2.0] {
+            let s0 = start();
+            let mut s = [s0.position.x_m(), s0.position.y_m(), s0.heading.rad(), s0.speed_m_s, s0.turn_rate_rad_s];
+            let h = dt_s / 10_000.0;
+            let shifted = |s: [f64; 5], k: [f64; 5], by: f64| core::array::from_fn(|i| s[i] + by * k[i]);
+            for _ in 0..10_000 {
+                let k1 = f(s);
+                let k2 = f(shifted(s, k1, h / 2.0));
+                let k3 = f(shifted(s, k2, h / 2.0));
+                let k4 = f(shifted(s, k3, h));
+                s = core::array::from_fn(|i| s[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+            }
+            let got = params.step(&s0, command, Duration::from_s(dt_s));
+            assert!((got.position.x_m() - s[0]).abs() < 1e-6, "{dt_s} s: {got:?} against {s:?}");
+            assert!((got.position.y_m() - s[1]).abs() < 1e-6);
+            assert!((got.heading - Angle::from_rad(s[2])).abs_rad() < 1e-9);
+            assert!((got.speed_m_s - s[3]).abs() < 1e-9);
+            assert!((got.turn_rate_rad_s - s[4]).abs() < 1e-9);
+        }
+    }
+
+    /// Checks Eq. (4): the state moves by T_s f(x, u).
+    #[test]
+    fn the_euler_step_is_the_printed_one() {
+        let command = Command { speed_m_s: 44.0, turn_rate_rad_s: 0.2 };
+        let got = table_1(Integrator::Euler).step(&start(), command, Duration::from_s(0.5));
+        assert!((got.position.x_m() - (10.0 + 0.5 * 38.0 * math::cos(100.0 * PI / 180.0))).abs() < 1e-12);
+        assert!((got.heading - Angle::from_rad(100.0 * PI / 180.0 - 0.05)).abs_rad() < 1e-12);
+        assert!((got.speed_m_s - (38.0 + 0.5 * 3.0 * 6.0)).abs() < 1e-9);
+        assert!((got.turn_rate_rad_s - (-0.1 + 0.5 * 3.0 * 0.3)).abs() < 1e-9);
+    }
+
+    /// Checks the erratum of Eq. (4): at Table I's values the Euler loop has no stability left, the exact one has.
+    #[test]
+    fn the_euler_heading_loop_is_marginal_at_table_1() {
+        let period = Duration::from_s(0.5);
+        assert!((table_1(Integrator::Euler).heading_loop_modulus(2.0, period) - 1.0).abs() < 1e-9);
+        assert!((table_1(Integrator::Exact).heading_loop_modulus(2.0, period) - 0.720).abs() < 5e-4);
+        assert!(table_1(Integrator::Euler).heading_loop_modulus(2.1, period) > 1.0);
+    }
+
+    /// Checks Eq. (2), (3).
+    #[test]
+    fn commands_are_limited_and_say_so() {
+        let params = table_1(Integrator::Exact);
+        let limited = params.limit(Command { speed_m_s: 60.0, turn_rate_rad_s: -1.0 });
+        assert_eq!(limited.command, Command { speed_m_s: 55.0, turn_rate_rad_s: -0.3 });
+        assert!(limited.speed_limited && limited.turn_rate_limited);
+        let free = params.limit(Command { speed_m_s: 25.0, turn_rate_rad_s: 0.3 });
+        assert!(!free.speed_limited && !free.turn_rate_limited);
+        let nonsense = params.limit(Command { speed_m_s: f64::NAN, turn_rate_rad_s: f64::NAN });
+        assert_eq!(nonsense.command, Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 });
+    }
+}
