@@ -1,0 +1,301 @@
+//! The life of a track: cued, held, coasting, lost.
+//!
+//! A track starts from a cue, or from a first measurement; it is held while some UAV measures it and coasts on the
+//! target model when none does. It is lost when it has grown too wide to be found, or when it stays unseen where it
+//! should be in plain view. A lost track is frozen until a measurement or a cue starts it again.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter};
+use crate::frame::{Position, Velocity};
+use crate::message::Cue;
+use crate::param::{Allowed, ParamError};
+use crate::sensor::{RangeBearing, SensorParams};
+use crate::target::{TargetId, TargetParams, TargetState, Transition};
+use crate::time::{Duration, Time};
+
+/// Parameters of the tracks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackParams {
+    /// The target model that the filter assumes.
+    pub target: TargetParams,
+    /// The sensor that the filter assumes.
+    pub sensor: SensorParams,
+    /// A track whose position is less certain than this (standard deviation in its worst direction, m) is lost; above 0.
+    pub lost_position_sd_m: f64,
+    /// A track unseen for this long where it should be in view is lost, s; above 0.
+    pub lost_in_view_s: f64,
+    /// Standard deviation per axis of the velocity of a track that starts from a measurement, m/s; above 0.
+    pub start_velocity_sd_m_s: f64,
+}
+
+impl TrackParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = self.target.errors();
+        errors.extend(self.sensor.errors());
+        let sd = Allowed::above(0.0).at_most(1e6);
+        sd.check("lost_position_sd_m", self.lost_position_sd_m, &mut errors);
+        sd.check("lost_in_view_s", self.lost_in_view_s, &mut errors);
+        Allowed::above(0.0).at_most(1e3).check("start_velocity_sd_m_s", self.start_velocity_sd_m_s, &mut errors);
+        errors
+    }
+}
+
+/// Where a track is in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrackStatus {
+    /// Handed over, not measured yet.
+    Cued,
+    /// Measured at this instant.
+    Held,
+    /// Measured before, not at this instant.
+    Coasting,
+    /// Given up.
+    Lost(LossReason),
+}
+
+/// Why a track was given up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LossReason {
+    /// Its position became too uncertain.
+    Widened,
+    /// It stayed unseen where it should have been in plain view.
+    Vanished,
+    /// Its numbers broke down (overflow).
+    Diverged,
+}
+
+/// One measurement of one target: from where, and what.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// The UAV that measured.
+    pub uav: Position,
+    /// What it measured.
+    pub measurement: RangeBearing,
+}
+
+/// A target as the team knows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Track {
+    /// Whose track it is.
+    pub target: TargetId,
+    /// Where it is in its life.
+    pub status: TrackStatus,
+    filter: InformationFilter,
+    /// How long it has been unseen where it should have been in view.
+    missed: Duration,
+}
+
+impl Track {
+    /// Starts a track from a cue, predicted to `now`; `None` if the cue makes no sense.
+    pub fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
+        if !cue.is_sound() || cue.time > now {
+            return None;
+        }
+        let position_variance = cue.position_sd_m * cue.position_sd_m;
+        let velocity_variance = cue.velocity_sd_m_s * cue.velocity_sd_m_s;
+        let filter = start_filter(cue.position, cue.velocity, position_variance, velocity_variance, params)?;
+        let filter = if cue.time < now { filter.predict(&params.target.transition(now - cue.time))? } else { filter };
+        Some(Self { target: cue.target, status: TrackStatus::Cued, filter, missed: Duration::ZERO })
+    }
+
+    /// Starts a track from the first look, and takes in the others; `None` for no looks.
+    pub fn from_looks(target: TargetId, looks: &[Look], params: &TrackParams) -> Option<Self> {
+        let (first, others) = looks.split_first()?;
+        let (position, covariance) = params.sensor.converted(first.uav, &first.measurement);
+        let velocity_variance = params.start_velocity_sd_m_s * params.start_velocity_sd_m_s;
+        let start = start_filter(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
+        let mut estimate = *start.estimate();
+        for (i, row) in [0, 3].into_iter().enumerate() {
+            for (j, column) in [0, 3].into_iter().enumerate() {
+                estimate.covariance[(row, column)] = covariance[(i.min(j), i.max(j))];
+            }
+        }
+        let filter = InformationFilter::new(estimate)?.update(&fused(&params.sensor, others, position))?;
+        Some(Self { target, status: TrackStatus::Held, filter, missed: Duration::ZERO })
+    }
+
+    /// The track one instant later: predicted, then updated with every look of that instant.
+    ///
+    /// `should_be_seen` judges from the predicted position and its uncertainty (m) whether some sensor had it in plain
+    /// view. A lost track starts again from the looks, or stays as it is.
+    #[must_use]
+    pub fn advance(
+        &self,
+        transition: &Transition,
+        looks: &[Look],
+        should_be_seen: impl Fn(Position, f64) -> bool,
+        params: &TrackParams,
+    ) -> Self {
+        if self.is_lost() {
+            return Self::from_looks(self.target, looks, params).unwrap_or(*self);
+        }
+        let Some(predicted) = self.filter.predict(transition) else { return self.lost(LossReason::Diverged) };
+        if looks.is_empty() {
+            return self.coasted(predicted, transition.dt, should_be_seen, params);
+        }
+        let at = predicted.estimate().state.position();
+        match predicted.update(&fused(&params.sensor, looks, at)) {
+            Some(filter) => Self { status: TrackStatus::Held, filter, missed: Duration::ZERO, ..*self },
+            None => self.lost(LossReason::Diverged),
+        }
+    }
+
+    fn coasted(
+        &self,
+        filter: InformationFilter,
+        dt: Duration,
+        should_be_seen: impl Fn(Position, f64) -> bool,
+        params: &TrackParams,
+    ) -> Self {
+        let sd_m = filter.estimate().position_sd_max_m();
+        let mut missed = self.missed;
+        if should_be_seen(filter.estimate().state.position(), 2.0 * sd_m) {
+            missed = Duration::from_us(missed.us().saturating_add(dt.us()));
+        }
+        let status = match self.status {
+            _ if sd_m > params.lost_position_sd_m => TrackStatus::Lost(LossReason::Widened),
+            _ if missed.s() >= params.lost_in_view_s => TrackStatus::Lost(LossReason::Vanished),
+            TrackStatus::Cued => TrackStatus::Cued,
+            _ => TrackStatus::Coasting,
+        };
+        Self { status, filter, missed, ..*self }
+    }
+
+    fn lost(&self, reason: LossReason) -> Self {
+        Self { status: TrackStatus::Lost(reason), ..*self }
+    }
+
+    /// The track has been given up.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.status, TrackStatus::Lost(_))
+    }
+
+    /// Mean and covariance (of a lost track: the last ones).
+    pub fn estimate(&self) -> &Estimate {
+        self.filter.estimate()
+    }
+}
+
+/// The sum of what all looks say.
+///
+/// Implements the sums of Eq. (10), (11); their order is the looks' order.
+fn fused(sensor: &SensorParams, looks: &[Look], linearised_at: Position) -> Contribution {
+    let mut sum = Contribution::default();
+    for look in looks {
+        sum += Contribution::of_measurement(sensor, look.uav, &look.measurement, linearised_at);
+    }
+    sum
+}
+
+fn start_filter(
+    position: Position,
+    velocity: Velocity,
+    position_variance: f64,
+    velocity_variance: f64,
+    params: &TrackParams,
+) -> Option<InformationFilter> {
+    // Of the acceleration nothing is known but the model; the floor keeps the matrix invertible for targets that the
+    // model says never accelerate.
+    let sd = params.target.acceleration_sd_m_s2.max(1e-6);
+    let axis = [position_variance, velocity_variance, sd * sd];
+    InformationFilter::new(Estimate {
+        state: TargetState::new(position, velocity, [0.0, 0.0]),
+        covariance: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| axis[i % 3])),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::measure;
+
+    fn params() -> TrackParams {
+        TrackParams {
+            target: TargetParams { correlation_rate_1_s: 0.3, acceleration_sd_m_s2: 0.75 },
+            sensor: SensorParams {
+                range_sd_m: 10.0,
+                bearing_sd_rad: 3f64.to_radians(),
+                field_of_view_rad: 70f64.to_radians(),
+                sensing_range_m: 1200.0,
+            },
+            lost_position_sd_m: 150.0,
+            lost_in_view_s: 5.0,
+            start_velocity_sd_m_s: 10.0,
+        }
+    }
+
+    fn cue() -> Cue {
+        Cue {
+            target: TargetId(7),
+            time: Time::START,
+            position: Position::from_m(100.0, 50.0),
+            velocity: Velocity::from_m_s(10.0, 0.0),
+            position_sd_m: 20.0,
+            velocity_sd_m_s: 3.0,
+        }
+    }
+
+    fn look(truth: Position) -> Look {
+        let uav = Position::from_m(-200.0, -100.0);
+        Look { uav, measurement: measure(uav, truth) }
+    }
+
+    fn transition() -> Transition {
+        params().target.transition(Duration::from_s(0.5))
+    }
+
+    #[test]
+    fn a_track_is_cued_then_held_then_coasts() {
+        let cued = Track::from_cue(&cue(), &params(), Time::START).unwrap();
+        assert_eq!(cued.status, TrackStatus::Cued);
+        let unseen = cued.advance(&transition(), &[], |_, _| false, &params());
+        assert_eq!(unseen.status, TrackStatus::Cued);
+        let held = unseen.advance(&transition(), &[look(Position::from_m(110.0, 50.0))], |_, _| true, &params());
+        assert_eq!(held.status, TrackStatus::Held);
+        assert!(held.estimate().position_sd_max_m() < unseen.estimate().position_sd_max_m());
+        let coasting = held.advance(&transition(), &[], |_, _| false, &params());
+        assert_eq!(coasting.status, TrackStatus::Coasting);
+        assert!(coasting.estimate().position_sd_max_m() > held.estimate().position_sd_max_m());
+    }
+
+    #[test]
+    fn a_cue_is_predicted_from_its_time_to_now() {
+        let track = Track::from_cue(&cue(), &params(), Time::from_us(2_000_000)).unwrap();
+        assert!(track.estimate().state.position().distance_m(Position::from_m(120.0, 50.0)) < 1e-9);
+        assert!(Track::from_cue(&cue(), &params(), Time::from_us(-1)).is_none());
+        let broken = Cue { position_sd_m: f64::NAN, ..cue() };
+        assert!(Track::from_cue(&broken, &params(), Time::START).is_none());
+    }
+
+    #[test]
+    fn out_of_view_a_track_widens_until_it_is_lost_and_a_look_starts_it_again() {
+        let mut track = Track::from_cue(&cue(), &params(), Time::START).unwrap();
+        let mut coasted_s = 0.0;
+        while !track.is_lost() {
+            track = track.advance(&transition(), &[], |_, _| false, &params());
+            coasted_s += 0.5;
+            assert!(coasted_s < 120.0, "it must be lost one day");
+        }
+        assert_eq!(track.status, TrackStatus::Lost(LossReason::Widened));
+        assert!(coasted_s > 15.0, "lost after {coasted_s} s");
+        let frozen = track.advance(&transition(), &[], |_, _| false, &params());
+        assert_eq!(frozen, track);
+        let truth = Position::from_m(500.0, 500.0);
+        let again = track.advance(&transition(), &[look(truth), look(truth)], |_, _| true, &params());
+        assert_eq!(again.status, TrackStatus::Held);
+        assert!(again.estimate().state.position().distance_m(truth) < 1.0);
+    }
+
+    #[test]
+    fn unseen_in_plain_view_a_track_is_soon_lost() {
+        let held = Track::from_looks(TargetId(7), &[look(Position::from_m(110.0, 50.0))], &params()).unwrap();
+        let mut track = held;
+        for step in 1..=10 {
+            assert!(!track.is_lost(), "step {step}");
+            track = track.advance(&transition(), &[], |_, _| true, &params());
+        }
+        assert_eq!(track.status, TrackStatus::Lost(LossReason::Vanished));
+    }
+}
