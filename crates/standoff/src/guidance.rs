@@ -1,0 +1,7 @@
+//! How a UAV flies: the standoff distance, the vector field onto the orbit, heading and turn rate, spacing on the orbit.
+
+pub mod heading;
+pub mod moving_centre;
+pub mod spacing;
+pub mod standoff_distance;
+pub mod vector_field;

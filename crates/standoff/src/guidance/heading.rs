@@ -1,0 +1,260 @@
+//! From a desired heading to a turn rate: feedback plus feedforward (23-25).
+//!
+//! ```text
+//! u_omega = -k_omega (psi - psi_d) + psi_d'                                             Eq. (24)
+//! psi_d'  = 4 v r_d r^2 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)                    Eq. (25), printed
+//! psi_d'  = 4 v r_d^3   / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)                    exact
+//! ```
+//!
+//! Erratum: the printed form is the derivative of the field's heading only on the orbit (r = r_d). The exact form holds
+//! everywhere for the field (13) about a centre at rest. What is flown has k_l, a virtual radius and a moving centre
+//! in it: the third form differentiates that.
+
+use crate::angle::Angle;
+use crate::frame::{Position, Velocity};
+use crate::guidance::moving_centre::{self, OverGround};
+use crate::guidance::standoff_distance::virtual_distance_m;
+use crate::guidance::vector_field::{Sense, VectorField, convergence_threshold_m2_s};
+use crate::param::{Allowed, ParamError};
+use crate::uav::UavState;
+
+/// Which derivative of the desired heading is fed forward.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Feedforward {
+    /// Eq. (25) as printed.
+    Printed,
+    /// Eq. (25) made exact: the derivative along the field (13).
+    Exact,
+    /// The derivative along the field really flown: (20), (22) and (28) included.
+    #[default]
+    Flown,
+}
+
+/// Gains of the guidance law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GuidanceParams {
+    /// Which way round the orbits are flown.
+    pub sense: Sense,
+    /// k_l of active measure 1; above 0, at most 1; 1 switches it off.
+    #[doc(alias = "k_l")]
+    pub radial_gain: f64,
+    /// k_rd of active measure 2, s; at least 0; 0 switches it off.
+    #[doc(alias = "k_rd")]
+    pub lead_s: f64,
+    /// k_omega, 1/s; above 0.
+    #[doc(alias = "k_omega")]
+    pub heading_gain_1_s: f64,
+    /// Which feedforward.
+    pub feedforward: Feedforward,
+    /// k_v, 1/s; at least 0.
+    #[doc(alias = "k_v")]
+    pub spacing_gain_1_s: f64,
+    /// Separation theta_d of a pair, rad; at least 0, at most pi.
+    #[doc(alias = "theta_d")]
+    pub separation_rad: f64,
+}
+
+impl GuidanceParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        Allowed::at_least(1e-3).at_most(1.0).check("radial_gain", self.radial_gain, &mut errors);
+        Allowed::at_least(0.0).at_most(100.0).check("lead_s", self.lead_s, &mut errors);
+        Allowed::above(0.0).at_most(100.0).check("heading_gain_1_s", self.heading_gain_1_s, &mut errors);
+        Allowed::at_least(0.0).at_most(100.0).check("spacing_gain_1_s", self.spacing_gain_1_s, &mut errors);
+        let half_turn = Allowed::at_least(0.0).at_most(crate::math::PI);
+        half_turn.check("separation_rad", self.separation_rad, &mut errors);
+        errors
+    }
+}
+
+/// The orbit to fly: a circle about a centre that moves, of a radius that changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Orbit {
+    /// Estimated centre.
+    pub centre: Position,
+    /// Estimated velocity of the centre.
+    pub centre_velocity: Velocity,
+    /// Radius r_d, m; above 0.
+    #[doc(alias = "r_d")]
+    pub distance_m: f64,
+    /// Rate of r_d, m/s.
+    pub rate_m_s: f64,
+    /// Bounds within which the virtual radius (22) stays, m.
+    pub bounds_m: (f64, f64),
+}
+
+/// What the law wants of one UAV, and what it looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steering {
+    /// Wanted turn rate u_omega before limits, rad/s.
+    pub turn_rate_rad_s: f64,
+    /// Desired heading psi_d (23).
+    #[doc(alias = "psi_d")]
+    pub desired_heading: Angle,
+    /// Feedforward part of the turn rate (25), rad/s.
+    pub feedforward_rad_s: f64,
+    /// Distance r from the centre, m.
+    pub centre_distance_m: f64,
+    /// Direction from the centre to the UAV.
+    pub phase: Angle,
+    /// Radius steered for (22), m.
+    pub steered_distance_m: f64,
+    /// Threshold of Lemma 3.1, m2/s.
+    pub convergence_threshold_m2_s: f64,
+    /// The centre is too fast for the field (29).
+    pub centre_too_fast: bool,
+}
+
+/// Steers a UAV that flies at `speed_m_s` (the speed really commanded) onto `orbit`.
+///
+/// Implements Eq. (23), (24), (25).
+pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
+    let uav_rel_centre = uav.position - orbit.centre;
+    let r_m = uav_rel_centre.length_m();
+    let steered_distance_m =
+        virtual_distance_m(orbit.distance_m, orbit.rate_m_s, params.lead_s).clamp(orbit.bounds_m.0, orbit.bounds_m.1);
+    let field = VectorField { radius_m: steered_distance_m, radial_gain: params.radial_gain, sense: params.sense };
+    let flown = moving_centre::over_ground(field.heading(uav_rel_centre), orbit.centre_velocity, speed_m_s);
+    let feedforward_rad_s = feedforward_rad_s(params.feedforward, &field, orbit, &flown, r_m, speed_m_s);
+    let heading_error = uav.heading - flown.heading;
+    let r_rate_m_s = field.flown_radial_speed_m_s(r_m, flown.relative_speed_m_s);
+    Steering {
+        turn_rate_rad_s: -params.heading_gain_1_s * heading_error.rad() + feedforward_rad_s,
+        desired_heading: flown.heading,
+        feedforward_rad_s,
+        centre_distance_m: r_m,
+        phase: uav_rel_centre.direction(),
+        steered_distance_m,
+        convergence_threshold_m2_s: convergence_threshold_m2_s(r_m, r_rate_m_s, orbit.distance_m, orbit.rate_m_s),
+        centre_too_fast: flown.centre_too_fast,
+    }
+}
+
+fn feedforward_rad_s(
+    form: Feedforward,
+    field: &VectorField,
+    orbit: &Orbit,
+    flown: &OverGround,
+    r_m: f64,
+    speed_m_s: f64,
+) -> f64 {
+    let (r, r_d, v, rate) = (r_m, orbit.distance_m, speed_m_s, orbit.rate_m_s);
+    let square_sum = r * r + r_d * r_d;
+    let from_rate = 2.0 * r * rate / square_sum;
+    match form {
+        Feedforward::Printed => field.sense.sign() * (4.0 * v * r_d * r * r / (square_sum * square_sum) - from_rate),
+        Feedforward::Exact => field.sense.sign() * (4.0 * v * r_d * r_d * r_d / (square_sum * square_sum) - from_rate),
+        // While the centre outruns the UAV the heading is a chase, which turns with the centre alone.
+        Feedforward::Flown if flown.centre_too_fast || flown.along_field_m_s <= 0.0 => 0.0,
+        Feedforward::Flown => {
+            // With u along the field, psi_d points along v_c + s u; differentiating at constant v_c and v gives
+            // psi_d' = phi' s / (v cos(psi_d - phi)), and v cos(psi_d - phi) is the component along the field.
+            let s = flown.relative_speed_m_s;
+            field.turn_rate_rad_s(r, s, rate) * s / flown.along_field_m_s
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Displacement;
+
+    fn params(feedforward: Feedforward) -> GuidanceParams {
+        GuidanceParams {
+            sense: Sense::Anticlockwise,
+            radial_gain: 1.0,
+            lead_s: 0.0,
+            heading_gain_1_s: 2.0,
+            feedforward,
+            spacing_gain_1_s: 0.5,
+            separation_rad: 0.5 * crate::math::PI,
+        }
+    }
+
+    fn orbit(centre_velocity: Velocity, rate_m_s: f64) -> Orbit {
+        Orbit { centre: Position::ORIGIN, centre_velocity, distance_m: 300.0, rate_m_s, bounds_m: (250.0, 700.0) }
+    }
+
+    fn uav(r_m: f64, heading: Angle) -> UavState {
+        let position = Position::ORIGIN + Displacement::from_polar(r_m, Angle::ZERO);
+        UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.0 }
+    }
+
+    /// Checks Eq. (23), (24): on the orbit due east of the centre the desired heading is north; 10 degrees off it, the
+    /// feedback is k_omega times the wrapped error.
+    #[test]
+    fn the_turn_rate_is_feedback_plus_feedforward() {
+        let got =
+            steer(&params(Feedforward::Exact), &uav(300.0, Angle::from_deg(100.0)), &orbit(Velocity::ZERO, 0.0), 40.0);
+        assert!((got.desired_heading.deg() - 90.0).abs() < 1e-9);
+        assert!((got.feedforward_rad_s - 40.0 / 300.0).abs() < 1e-12);
+        assert!((got.turn_rate_rad_s - (40.0 / 300.0 - 2.0 * 10f64.to_radians())).abs() < 1e-9);
+    }
+
+    /// Checks Eq. (24)'s wrap: heading -170 degrees where 170 is desired is an error of 20 degrees.
+    #[test]
+    fn the_heading_error_wraps() {
+        // North of the centre, anticlockwise, the field points west.
+        let mut state = uav(300.0, Angle::from_deg(-170.0));
+        state.position = Position::from_m(0.0, 300.0);
+        let got = steer(&params(Feedforward::Exact), &state, &orbit(Velocity::ZERO, 0.0), 40.0);
+        assert!((got.turn_rate_rad_s - (40.0 / 300.0 - 2.0 * 10f64.to_radians())).abs() < 1e-9);
+    }
+
+    /// Checks the erratum of Eq. (25): at r = 100 m, r_d = 300 m, v = 40 m/s the field turns at 0.432 rad/s; the
+    /// printed form says 0.048. On the orbit both agree.
+    #[test]
+    fn the_printed_feedforward_is_wrong_off_the_orbit() {
+        let at =
+            |form, r| steer(&params(form), &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0).feedforward_rad_s;
+        assert!((at(Feedforward::Exact, 100.0) - 0.432).abs() < 1e-9);
+        assert!((at(Feedforward::Printed, 100.0) - 0.048).abs() < 1e-9);
+        assert!((at(Feedforward::Flown, 100.0) - 0.432).abs() < 1e-9);
+        assert!((at(Feedforward::Exact, 300.0) - at(Feedforward::Printed, 300.0)).abs() < 1e-12);
+    }
+
+    /// Checks the flown feedforward: the derivative of psi_d along the flown velocity with k_l, a lead, a moving
+    /// centre, a changing radius and both senses, by central differences.
+    #[test]
+    fn the_flown_feedforward_is_the_derivative_of_the_desired_heading() {
+        let centre_velocity = Velocity::from_m_s(9.0, -5.0);
+        let rate = 3.0;
+        for sense in [Sense::Anticlockwise, Sense::Clockwise] {
+            for r in [80.0, 290.0, 310.0, 600.0] {
+                let params = GuidanceParams { sense, radial_gain: 0.2, lead_s: 3.0, ..params(Feedforward::Flown) };
+                let state = uav(r, Angle::ZERO);
+                let here = steer(&params, &state, &orbit(centre_velocity, rate), 40.0);
+                let heading_at = |t: f64| {
+                    let moved = UavState {
+                        position: state.position + Velocity::from_polar(40.0, here.desired_heading) * t,
+                        ..state
+                    };
+                    let orbit = orbit(centre_velocity, rate);
+                    let orbit = Orbit {
+                        centre: orbit.centre + centre_velocity * t,
+                        distance_m: orbit.distance_m + rate * t,
+                        ..orbit
+                    };
+                    steer(&params, &moved, &orbit, 40.0).desired_heading
+                };
+                let h = 1e-4;
+                let difference = (heading_at(h) - heading_at(-h)).rad() / (2.0 * h);
+                assert!((here.feedforward_rad_s - difference).abs() < 1e-5, "r {r}: {here:?} {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_centre_faster_than_the_uav_gives_a_finite_chase() {
+        let got = steer(
+            &params(Feedforward::Flown),
+            &uav(300.0, Angle::ZERO),
+            &orbit(Velocity::from_m_s(0.0, 90.0), 0.0),
+            40.0,
+        );
+        assert!(got.centre_too_fast && got.turn_rate_rad_s.is_finite());
+        assert!((got.desired_heading.deg() - 90.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,113 @@
+//! Adding the centre's velocity to the field, so that the UAV still flies at its own speed (28, 29).
+//!
+//! ```text
+//! v_dn = v_c + alpha_s v_field                                                     Eq. (28)
+//! |v_field|^2 alpha_s^2 + 2 (v_field . v_c) alpha_s + |v_c|^2 - v^2 = 0            Eq. (29)
+//! ```
+//!
+//! For a centre slower than the UAV there is one positive root. For a faster one there may be two (the larger is
+//! taken) or none: then the UAV flies at its speed towards the point of the ray {v_c + alpha_s v_field, alpha_s >= 0}
+//! nearest to what it can reach, which is where the two cases meet.
+
+use crate::angle::Angle;
+use crate::frame::Velocity;
+
+/// What to fly relative to the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverGround {
+    /// Desired direction of flight.
+    pub heading: Angle,
+    /// Speed relative to the centre along the field, alpha_s |v_field|, m/s; 0 where there is no root.
+    #[doc(alias = "alpha_s")]
+    pub relative_speed_m_s: f64,
+    /// Half the distance between the roots over |v_field|, m/s: the component of the flown velocity along the field.
+    pub along_field_m_s: f64,
+    /// The centre is so fast that the field cannot be flown; the heading is the best there is.
+    pub centre_too_fast: bool,
+}
+
+/// The direction in which a UAV at `speed_m_s` (above 0) follows the field's `field_heading` about a centre that moves
+/// at `centre_velocity`.
+///
+/// Implements Eq. (28), (29).
+pub fn over_ground(field_heading: Angle, centre_velocity: Velocity, speed_m_s: f64) -> OverGround {
+    let along = Velocity::from_polar(1.0, field_heading);
+    let drift = along.vector().dot(&centre_velocity.vector());
+    let centre_speed_m_s = centre_velocity.speed_m_s();
+    let discriminant = drift * drift + speed_m_s * speed_m_s - centre_speed_m_s * centre_speed_m_s;
+    let root = discriminant.max(0.0).sqrt() - drift;
+    let centre_too_fast = discriminant < 0.0 || root <= 0.0;
+    let reach = if centre_too_fast { (-drift).max(0.0) } else { root };
+    let flown = centre_velocity + Velocity::from_polar(reach, field_heading);
+    OverGround {
+        heading: flown.direction(),
+        relative_speed_m_s: if centre_too_fast { 0.0 } else { root },
+        along_field_m_s: discriminant.max(0.0).sqrt(),
+        centre_too_fast,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Checks Eq. (28), (29): a 3-4-5 triangle; 30 m/s of drift across leaves 40 of 50 m/s along the field.
+    #[test]
+    fn drift_across_the_field_is_crabbed_against() {
+        let got = over_ground(Angle::from_deg(90.0), Velocity::from_m_s(30.0, 0.0), 50.0);
+        assert!((got.relative_speed_m_s - 40.0).abs() < 1e-9);
+        assert!((got.heading - Velocity::from_m_s(30.0, 40.0).direction()).abs_rad() < 1e-12);
+        assert!(!got.centre_too_fast);
+    }
+
+    proptest! {
+        /// Checks Eq. (28), (29): for a slower centre the flown velocity is v_c plus something along the field, and
+        /// its size is the UAV's speed.
+        #[test]
+        fn the_speed_is_kept(field_deg in -180.0..180.0f64, centre_deg in -180.0..180.0f64, centre in 0.0..39.9f64) {
+            let centre_velocity = Velocity::from_polar(centre, Angle::from_deg(centre_deg));
+            let field = Angle::from_deg(field_deg);
+            let got = over_ground(field, centre_velocity, 40.0);
+            prop_assert!(!got.centre_too_fast && got.relative_speed_m_s > 0.0);
+            let flown = centre_velocity + Velocity::from_polar(got.relative_speed_m_s, field);
+            prop_assert!((flown.speed_m_s() - 40.0).abs() < 1e-9);
+            prop_assert!((flown.direction() - got.heading).abs_rad() < 1e-9);
+            let along = flown.vector().dot(&Velocity::from_polar(1.0, field).vector());
+            prop_assert!((along - got.along_field_m_s).abs() < 1e-9);
+        }
+
+        #[test]
+        fn a_faster_centre_never_breaks_it(field_deg in -180.0..180.0f64, centre_deg in -180.0..180.0f64, centre in 0.0..500.0f64) {
+            let centre_velocity = Velocity::from_polar(centre, Angle::from_deg(centre_deg));
+            let got = over_ground(Angle::from_deg(field_deg), centre_velocity, 40.0);
+            prop_assert!(got.heading.rad().is_finite() && got.relative_speed_m_s >= 0.0);
+            prop_assert!(!got.centre_too_fast || centre >= 40.0);
+        }
+    }
+
+    /// Checks Eq. (29) for two positive roots: field against a fast centre; the larger root is flown.
+    #[test]
+    fn of_two_roots_the_larger_is_flown() {
+        let got = over_ground(Angle::from_deg(180.0), Velocity::from_m_s(50.0, 0.0), 40.0);
+        assert!((got.relative_speed_m_s - 90.0).abs() < 1e-9);
+        assert!((got.heading.abs_rad() - crate::math::PI).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_centre_that_runs_away_is_chased() {
+        let got = over_ground(Angle::from_deg(10.0), Velocity::from_m_s(60.0, 0.0), 40.0);
+        assert!(got.centre_too_fast);
+        assert_eq!(got.heading, Angle::ZERO);
+    }
+
+    #[test]
+    fn where_the_roots_end_the_heading_does_not_jump() {
+        // The field at 120 degrees to a centre at v_c: the discriminant vanishes where v_c sin(120 deg) = v.
+        let critical = 40.0 / crate::math::sin(120f64.to_radians());
+        let below = over_ground(Angle::from_deg(120.0), Velocity::from_m_s(critical - 1e-9, 0.0), 40.0);
+        let above = over_ground(Angle::from_deg(120.0), Velocity::from_m_s(critical + 1e-9, 0.0), 40.0);
+        assert!(!below.centre_too_fast && above.centre_too_fast);
+        assert!((below.heading - above.heading).abs_rad() < 1e-4);
+    }
+}

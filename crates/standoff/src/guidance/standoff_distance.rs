@@ -1,0 +1,175 @@
+//! The standoff distance: the radius at which every member of a group lies inside the field of view (15, 22, 26, 27).
+//!
+//! ```text
+//! r_d = (d_max + d_m) / sin((alpha_f - eps_m) / 2)                     Eq. (15)
+//! r_d,vir = r_d + k_rd r_d'                                            Eq. (22)
+//! r_d >= (v - r_d') / omega_max                                        Eq. (27), from (26)
+//! ```
+//!
+//! The radius flown is (15) clamped to [r_d,min, r_d,max]; what must be discarded is judged by the unclamped one.
+//! Erratum: (27) leaves the centre's motion out. A true circle about a centre that moves at v_t needs
+//! r_d >= (v + v_t)^2 / (v omega_max): see [`moving_centre_limit_m`].
+
+use crate::math;
+use crate::param::{Allowed, ParamError};
+
+/// Bounds and margins of the standoff distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StandoffParams {
+    /// Field of view alpha_f of the sensor, rad.
+    #[doc(alias = "alpha_f")]
+    pub field_of_view_rad: f64,
+    /// Margin eps_m taken off the field of view, rad; at least 0, below the field of view.
+    #[doc(alias = "eps_m")]
+    pub field_of_view_margin_rad: f64,
+    /// Smallest radius flown, r_d,min, m; above 0.
+    #[doc(alias = "r_d,min")]
+    pub radius_min_m: f64,
+    /// Largest radius flown, r_d,max, m; at least `radius_min_m`.
+    #[doc(alias = "r_d,max")]
+    pub radius_max_m: f64,
+}
+
+/// How far the furthest member is from the centre, and how fast that grows.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Spread {
+    /// d_max, m.
+    #[doc(alias = "d_max")]
+    pub distance_m: f64,
+    /// d_max', m/s.
+    pub rate_m_s: f64,
+}
+
+/// A standoff distance and its rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StandoffDistance {
+    /// (15) before the clamp, m.
+    pub unclamped_m: f64,
+    /// (15) clamped, r_d, m.
+    #[doc(alias = "r_d")]
+    pub distance_m: f64,
+    /// Rate of r_d, m/s; zero on the clamp.
+    pub rate_m_s: f64,
+}
+
+impl StandoffParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        Allowed::at_least(0.0)
+            .below(self.field_of_view_rad)
+            .because("the margin must leave some of the field of view")
+            .check("field_of_view_margin_rad", self.field_of_view_margin_rad, &mut errors);
+        Allowed::at_least(1.0).at_most(1e5).check("radius_min_m", self.radius_min_m, &mut errors);
+        Allowed::at_least(self.radius_min_m).at_most(1e5).because("not smaller than radius_min_m").check(
+            "radius_max_m",
+            self.radius_max_m,
+            &mut errors,
+        );
+        errors
+    }
+
+    /// The standoff distance for a spread and a margin d_m (m).
+    ///
+    /// Implements Eq. (15), and the clamp.
+    pub fn distance(&self, spread: Spread, margin_m: f64) -> StandoffDistance {
+        // Half of what is left of a field of view beyond a half-turn keeps everything in view at any radius.
+        let half_rad = (0.5 * (self.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI);
+        let per_spread = 1.0 / math::sin(half_rad);
+        let unclamped_m = (spread.distance_m + margin_m) * per_spread;
+        let distance_m = unclamped_m.clamp(self.radius_min_m, self.radius_max_m);
+        let clamped = unclamped_m < self.radius_min_m || unclamped_m > self.radius_max_m;
+        let rate_m_s = if clamped { 0.0 } else { spread.rate_m_s * per_spread };
+        StandoffDistance { unclamped_m, distance_m, rate_m_s }
+    }
+}
+
+/// The radius steered for, ahead of a radius that changes: active measure 2, m.
+///
+/// Implements Eq. (22); `lead_s` is k_rd, in seconds.
+#[doc(alias = "k_rd")]
+pub fn virtual_distance_m(distance_m: f64, rate_m_s: f64, lead_s: f64) -> f64 {
+    distance_m + lead_s * rate_m_s
+}
+
+/// Smallest radius that a UAV at `speed_m_s` can hold about a centre at rest while it changes at `rate_m_s`, m.
+///
+/// Implements Eq. (27), the solution of (26).
+pub fn turn_limit_m(speed_m_s: f64, rate_m_s: f64, turn_rate_max_rad_s: f64) -> f64 {
+    (speed_m_s - rate_m_s) / turn_rate_max_rad_s
+}
+
+/// Smallest radius of a true circle about a centre that moves, m; infinite for a centre as fast as the UAV.
+///
+/// Mends Eq. (27): where UAV and centre move alike, the UAV must turn at (v + v_t)^2 / (v r_d).
+pub fn moving_centre_limit_m(speed_m_s: f64, centre_speed_m_s: f64, turn_rate_max_rad_s: f64) -> f64 {
+    if centre_speed_m_s >= speed_m_s {
+        return f64::INFINITY;
+    }
+    let together = speed_m_s + centre_speed_m_s;
+    together * together / (speed_m_s * turn_rate_max_rad_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table_1() -> StandoffParams {
+        StandoffParams {
+            field_of_view_rad: 70f64.to_radians(),
+            field_of_view_margin_rad: 10f64.to_radians(),
+            radius_min_m: 250.0,
+            radius_max_m: 700.0,
+        }
+    }
+
+    /// Checks Eq. (15): with Table I, r_d = 2 (d_max + d_m).
+    #[test]
+    fn with_table_1_the_distance_is_twice_the_spread() {
+        let d = table_1().distance(Spread { distance_m: 150.0, rate_m_s: 2.0 }, 10.0);
+        assert!((d.distance_m - 320.0).abs() < 1e-9);
+        assert!((d.rate_m_s - 4.0).abs() < 1e-9);
+        assert!((d.unclamped_m - d.distance_m).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_flown_distance_is_clamped_and_does_not_move_there() {
+        let near = table_1().distance(Spread { distance_m: 10.0, rate_m_s: 2.0 }, 0.0);
+        assert_eq!((near.distance_m, near.rate_m_s), (250.0, 0.0));
+        let far = table_1().distance(Spread { distance_m: 400.0, rate_m_s: 2.0 }, 0.0);
+        assert_eq!((far.distance_m, far.rate_m_s), (700.0, 0.0));
+        assert!((far.unclamped_m - 800.0).abs() < 1e-9);
+    }
+
+    /// Checks Eq. (22).
+    #[test]
+    fn the_virtual_distance_leads_by_the_rate() {
+        assert_eq!(virtual_distance_m(400.0, -5.0, 3.0), 385.0);
+    }
+
+    /// Checks Eq. (26), (27).
+    #[test]
+    fn the_turn_limit_of_table_1_is_133_m() {
+        let limit_m = turn_limit_m(40.0, 0.0, 0.3);
+        assert!((limit_m - 133.333).abs() < 1e-3);
+        // At the limit, (26) holds with equality.
+        assert!((40.0 / limit_m - 0.3).abs() < 1e-12);
+        assert!((turn_limit_m(40.0, 4.0, 0.3) - 120.0).abs() < 1e-9);
+    }
+
+    /// Checks the erratum of Eq. (27): 133, 208, 252, 300 m for a centre at 0, 10, 15, 20 m/s.
+    #[test]
+    fn a_moving_centre_needs_a_wider_orbit() {
+        for (centre_m_s, expected_m) in [(0.0, 133.33), (10.0, 208.33), (15.0, 252.08), (20.0, 300.0)] {
+            assert!((moving_centre_limit_m(40.0, centre_m_s, 0.3) - expected_m).abs() < 0.01);
+        }
+        assert_eq!(moving_centre_limit_m(40.0, 40.0, 0.3), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_margin_that_eats_the_field_of_view_is_refused() {
+        let bad = StandoffParams { field_of_view_margin_rad: 1.5, radius_max_m: 200.0, ..table_1() };
+        let names: Vec<_> = bad.errors().iter().map(|error| error.name).collect();
+        assert_eq!(names, ["field_of_view_margin_rad", "radius_max_m"]);
+    }
+}

@@ -1,0 +1,249 @@
+//! The Lyapunov vector field that leads a UAV onto a circle about a centre at rest (12-14, 20, Lemma 3.1).
+//!
+//! ```text
+//! V = (r^2 - r_d^2)^2                                                            Eq. (12)
+//! | x' |      -v      | dx (r^2 - r_d^2) + dy 2 r r_d |
+//! | y' | = ---------- | dy (r^2 - r_d^2) - dx 2 r r_d |   r = |uav - centre|     Eq. (13)
+//!          r(r^2+r_d^2)
+//! r' = -(v / k_l) (r^2 - r_d^2) / (r^2 + r_d^2)     r theta' = v 2 r r_d / (r^2 + r_d^2)    Eq. (14), (20)
+//! ```
+//!
+//! Printed anticlockwise; clockwise mirrors the tangential part. Active measure 1 (20) divides the radial speed by
+//! k_l, which makes the velocity longer than v: only its direction is flown, at speed v. At r = 0 the printed field is
+//! undefined: here it points outward, and due east at the very centre. Erratum: (18) prints the denominator
+//! (r^2 + r_d^2)^2; the power is 1, as (21) has it.
+
+use crate::angle::Angle;
+use crate::frame::{Displacement, Velocity};
+use crate::math;
+
+/// Which way round the orbit is flown, seen from above.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Sense {
+    /// As printed in (13).
+    #[default]
+    Anticlockwise,
+    /// Its mirror image.
+    Clockwise,
+}
+
+impl Sense {
+    /// +1 anticlockwise, -1 clockwise.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Anticlockwise => 1.0,
+            Self::Clockwise => -1.0,
+        }
+    }
+}
+
+/// A field onto the circle of radius `radius_m`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VectorField {
+    /// Radius r_d of the circle, m; above 0.
+    #[doc(alias = "r_d")]
+    pub radius_m: f64,
+    /// k_l of active measure 1: above 0, at most 1; 1 is the plain field (13).
+    #[doc(alias = "k_l")]
+    pub radial_gain: f64,
+    /// Which way round.
+    pub sense: Sense,
+}
+
+impl VectorField {
+    /// Radial and tangential components of the field, up to a common positive factor.
+    fn components(&self, r: f64) -> (f64, f64) {
+        let r_d = self.radius_m;
+        ((r_d * r_d - r * r) / self.radial_gain, self.sense.sign() * 2.0 * r * r_d)
+    }
+
+    /// Direction of the field at the UAV's position relative to the centre; defined everywhere.
+    pub fn heading(&self, uav_rel_centre: Displacement) -> Angle {
+        let (radial, tangential) = self.components(uav_rel_centre.length_m());
+        uav_rel_centre.direction() + Angle::from_rad(math::atan2(tangential, radial))
+    }
+
+    /// Desired velocity relative to a centre at rest, of magnitude `speed_m_s`.
+    ///
+    /// Implements Eq. (13), and with `radial_gain` below 1 the direction of (20).
+    pub fn velocity(&self, uav_rel_centre: Displacement, speed_m_s: f64) -> Velocity {
+        Velocity::from_polar(speed_m_s, self.heading(uav_rel_centre))
+    }
+
+    /// Radial speed of the field before it is rescaled to `speed_m_s`, m/s, positive outward.
+    ///
+    /// Implements Eq. (14), radial part, and Eq. (20).
+    pub fn radial_speed_m_s(&self, r_m: f64, speed_m_s: f64) -> f64 {
+        let (r2, r_d2) = (r_m * r_m, self.radius_m * self.radius_m);
+        -(speed_m_s / self.radial_gain) * (r2 - r_d2) / (r2 + r_d2)
+    }
+
+    /// Radial speed of a UAV that flies along the field at `speed_m_s` relative to the centre, m/s, positive outward.
+    pub fn flown_radial_speed_m_s(&self, r_m: f64, speed_m_s: f64) -> f64 {
+        let (radial, tangential) = self.components(r_m);
+        speed_m_s * radial / math::hypot(radial, tangential)
+    }
+
+    /// Rate at which the field's direction turns for a UAV that flies along it, rad/s.
+    ///
+    /// `speed_m_s` is relative to the centre; `radius_rate_m_s` is the rate of `radius_m`. With k_l = 1 it is
+    /// `4 v r_d^3 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)`: Eq. (25) made exact.
+    pub fn turn_rate_rad_s(&self, r_m: f64, speed_m_s: f64, radius_rate_m_s: f64) -> f64 {
+        let (r, r_d, k, sign) = (r_m, self.radius_m, self.radial_gain, self.sense.sign());
+        let (radial, tangential) = self.components(r);
+        let size = math::hypot(radial, tangential);
+        let r_rate = speed_m_s * radial / size;
+        // tangential / r, which is finite at r = 0.
+        let phase_rate = speed_m_s * sign * 2.0 * r_d / size;
+        let radial_rate = 2.0 * (r_d * radius_rate_m_s - r * r_rate) / k;
+        let tangential_rate = sign * 2.0 * (r_rate * r_d + r * radius_rate_m_s);
+        let inclination_rate = (radial / size) * (tangential_rate / size) - (tangential / size) * (radial_rate / size);
+        phase_rate + inclination_rate
+    }
+}
+
+/// Lyapunov function of the field, m4: zero on the circle.
+///
+/// Implements Eq. (12).
+pub fn lyapunov_m4(r_m: f64, radius_m: f64) -> f64 {
+    let difference = r_m * r_m - radius_m * radius_m;
+    difference * difference
+}
+
+/// Rate of the Lyapunov function, m4/s: `4 (r^2 - r_d^2)(r r' - r_d r_d')`.
+///
+/// Implements Eq. (18), first line; with (14) or (20) put in for r', the second line as (21) has it.
+pub fn lyapunov_rate_m4_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_m_s: f64) -> f64 {
+    4.0 * (r_m * r_m - radius_m * radius_m) * (r_m * r_rate_m_s - radius_m * radius_rate_m_s)
+}
+
+/// Threshold of Lemma 3.1, m2/s: while it is not negative, the UAV converges to an orbit whose radius changes.
+///
+/// Implements Eq. (17), (19): xi_th = (r r' - r_d r_d') sgn(r_d - r).
+#[doc(alias = "xi_th")]
+pub fn convergence_threshold_m2_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_m_s: f64) -> f64 {
+    let sgn = if radius_m > r_m {
+        1.0
+    } else if radius_m < r_m {
+        -1.0
+    } else {
+        0.0
+    };
+    (r_m * r_rate_m_s - radius_m * radius_rate_m_s) * sgn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Position;
+
+    fn field(radius_m: f64, radial_gain: f64, sense: Sense) -> VectorField {
+        VectorField { radius_m, radial_gain, sense }
+    }
+
+    fn at(r_m: f64, deg: f64) -> Displacement {
+        Displacement::from_polar(r_m, Angle::from_deg(deg))
+    }
+
+    /// Checks Eq. (13): the printed components, term by term, inside and outside.
+    #[test]
+    fn the_plain_field_is_the_printed_one() {
+        let (v, r_d) = (40.0, 300.0);
+        for (r, deg) in [(100.0, 20.0), (300.0, 170.0), (900.0, -75.0)] {
+            let d = at(r, deg);
+            let (dx, dy) = (d.x_m(), d.y_m());
+            let factor = -v / (r * (r * r + r_d * r_d));
+            let x = factor * (dx * (r * r - r_d * r_d) + dy * 2.0 * r * r_d);
+            let y = factor * (dy * (r * r - r_d * r_d) - dx * 2.0 * r * r_d);
+            let got = field(r_d, 1.0, Sense::Anticlockwise).velocity(d, v);
+            assert!((got - Velocity::from_m_s(x, y)).speed_m_s() < 1e-9, "r = {r}");
+        }
+    }
+
+    #[test]
+    fn on_the_circle_the_field_is_tangent_either_way_round() {
+        for (sense, expected_deg) in [(Sense::Anticlockwise, 120.0), (Sense::Clockwise, -60.0)] {
+            let heading = field(300.0, 0.2, sense).heading(at(300.0, 30.0));
+            assert!((heading.deg() - expected_deg).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn at_the_centre_the_heading_is_finite_and_outward() {
+        let f = field(300.0, 1.0, Sense::Anticlockwise);
+        assert_eq!(f.heading(Position::ORIGIN - Position::ORIGIN), Angle::ZERO);
+        assert!((f.heading(at(1e-6, 77.0)).deg() - 77.0).abs() < 1e-3);
+        assert!(f.turn_rate_rad_s(0.0, 40.0, 0.0).is_finite());
+    }
+
+    /// Checks Eq. (14): radial and tangential speeds of (13), and (20): the radial one divided by k_l.
+    #[test]
+    fn active_measure_1_steepens_the_approach() {
+        let (v, r, r_d) = (40.0, 500.0, 300.0);
+        let plain = field(r_d, 1.0, Sense::Anticlockwise);
+        let printed = -v * (r * r - r_d * r_d) / (r * r + r_d * r_d);
+        assert!((plain.radial_speed_m_s(r, v) - printed).abs() < 1e-12);
+        assert!((plain.flown_radial_speed_m_s(r, v) - printed).abs() < 1e-9);
+        let steep = field(r_d, 0.2, Sense::Anticlockwise);
+        assert!((steep.radial_speed_m_s(r, v) - printed / 0.2).abs() < 1e-9);
+        // Longer than v: what is flown has its direction and the speed v.
+        assert!(steep.radial_speed_m_s(r, v).abs() > v);
+        let tangential = v * 2.0 * r * r_d / (r * r + r_d * r_d);
+        let expected = math::atan2(tangential, printed / 0.2);
+        assert!((steep.heading(at(r, 0.0)).rad() - expected).abs() < 1e-12);
+        assert!((steep.velocity(at(r, 0.0), v).speed_m_s() - v).abs() < 1e-12);
+    }
+
+    /// Checks the exact form of Eq. (25): the turn rate is the derivative of the heading along the field, k_l and both
+    /// senses included, by central differences.
+    #[test]
+    fn the_turn_rate_is_the_derivative_along_the_field() {
+        let (v, radius_rate) = (40.0, 4.0);
+        for sense in [Sense::Anticlockwise, Sense::Clockwise] {
+            for k_l in [1.0, 0.2] {
+                for r in [5.0, 100.0, 290.0, 300.0, 450.0, 2000.0] {
+                    let f = field(300.0, k_l, sense);
+                    let here = Position::ORIGIN + at(r, 40.0);
+                    let h = 1e-4;
+                    let heading_at = |t: f64| {
+                        let moved = here + f.velocity(here - Position::ORIGIN, v) * t - Position::ORIGIN;
+                        field(300.0 + radius_rate * t, k_l, sense).heading(moved)
+                    };
+                    let difference = (heading_at(h) - heading_at(-h)).rad() / (2.0 * h);
+                    let got = f.turn_rate_rad_s(r, v, radius_rate);
+                    assert!((got - difference).abs() < 1e-5 * (1.0 + got.abs()), "r {r} k {k_l}: {got} {difference}");
+                }
+            }
+        }
+    }
+
+    /// Checks Eq. (12), (18), (21): along the field the Lyapunov function falls at 4 v r (r^2-r_d^2)^2 / (r^2+r_d^2),
+    /// to the power 1, and k_l makes it fall faster.
+    #[test]
+    fn the_lyapunov_function_falls_along_the_field() {
+        let (v, r_d) = (40.0, 300.0);
+        for r in [50.0, 200.0, 299.0, 301.0, 800.0] {
+            let plain = field(r_d, 1.0, Sense::Anticlockwise).radial_speed_m_s(r, v);
+            let rate = lyapunov_rate_m4_s(r, plain, r_d, 0.0);
+            let closed = -4.0 * v * r * lyapunov_m4(r, r_d) / (r * r + r_d * r_d);
+            assert!((rate - closed).abs() < 1e-9 * closed.abs());
+            let steep = field(r_d, 0.2, Sense::Anticlockwise).radial_speed_m_s(r, v);
+            assert!((lyapunov_rate_m4_s(r, steep, r_d, 0.0) - closed / 0.2).abs() < 1e-9 * closed.abs() / 0.2);
+        }
+    }
+
+    /// Checks Lemma 3.1 with Eq. (17), (19): not negative means that the Lyapunov function does not grow.
+    #[test]
+    fn the_threshold_tells_the_sign_of_the_lyapunov_rate() {
+        let f = field(300.0, 1.0, Sense::Anticlockwise);
+        for r in [100.0, 280.0, 320.0, 600.0] {
+            for radius_rate in [-20.0, -3.0, 0.0, 3.0, 20.0] {
+                let r_rate = f.radial_speed_m_s(r, 40.0);
+                let xi = convergence_threshold_m2_s(r, r_rate, 300.0, radius_rate);
+                let falls = lyapunov_rate_m4_s(r, r_rate, 300.0, radius_rate) <= 0.0;
+                assert_eq!(xi >= 0.0, falls, "r {r}, rate {radius_rate}");
+            }
+        }
+        assert_eq!(convergence_threshold_m2_s(300.0, 5.0, 300.0, 1.0), 0.0);
+    }
+}
