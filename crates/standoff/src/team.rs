@@ -1,0 +1,85 @@
+//! What all UAVs of a team agree on: limits, filters, groups, guidance law.
+
+use crate::coordination::group::{GroupParams, Margin, OnMembershipChange};
+use crate::estimation::track::TrackParams;
+use crate::guidance::heading::{Feedforward, GuidanceParams};
+use crate::guidance::standoff_distance::StandoffParams;
+use crate::guidance::vector_field::Sense;
+use crate::param::ParamError;
+use crate::sensor::SensorParams;
+use crate::target::TargetParams;
+use crate::uav::{Integrator, UavParams};
+
+/// Parameters of a team; every agent of it is built from the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TeamParams {
+    /// Speeds, lags and limits of the UAVs.
+    pub uav: UavParams,
+    /// Sensor, target model and life of the tracks.
+    pub track: TrackParams,
+    /// Orbit bounds and margins.
+    pub group: GroupParams,
+    /// Gains of the guidance law.
+    pub guidance: GuidanceParams,
+}
+
+impl TeamParams {
+    /// Table I of the paper, with both active measures.
+    ///
+    /// The table leaves open the target's acceleration (here 0.2 m/s2), the sensing range (1,200 m) and when a track is
+    /// lost; the feedforward and the margin are this project's own forms.
+    pub fn table_1() -> Self {
+        let sensor = SensorParams {
+            range_sd_m: 10.0,
+            bearing_sd_rad: 3f64.to_radians(),
+            field_of_view_rad: 70f64.to_radians(),
+            sensing_range_m: 1200.0,
+        };
+        Self {
+            uav: UavParams {
+                speed_m_s: 40.0,
+                speed_change_max_m_s: 15.0,
+                turn_rate_max_rad_s: 0.3,
+                speed_lag_s: 1.0 / 3.0,
+                turn_rate_lag_s: 1.0 / 3.0,
+                integrator: Integrator::Exact,
+            },
+            track: TrackParams {
+                target: TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.2 },
+                sensor,
+                lost_position_sd_m: 150.0,
+                lost_in_view_s: 5.0,
+                start_velocity_sd_m_s: 10.0,
+            },
+            group: GroupParams {
+                standoff: StandoffParams {
+                    field_of_view_rad: sensor.field_of_view_rad,
+                    field_of_view_margin_rad: 10f64.to_radians(),
+                    radius_min_m: 250.0,
+                    radius_max_m: 700.0,
+                },
+                margin: Margin::StandardDeviations(1.645),
+                on_membership_change: OnMembershipChange::Shift,
+                take_back_fraction: 0.9,
+            },
+            guidance: GuidanceParams {
+                sense: Sense::Anticlockwise,
+                radial_gain: 0.2,
+                lead_s: 3.0,
+                heading_gain_1_s: 2.0,
+                feedforward: Feedforward::Flown,
+                spacing_gain_1_s: 0.5,
+                separation_rad: 90f64.to_radians(),
+            },
+        }
+    }
+
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = self.uav.errors();
+        errors.extend(self.track.errors());
+        errors.extend(self.group.errors());
+        errors.extend(self.guidance.errors());
+        errors
+    }
+}

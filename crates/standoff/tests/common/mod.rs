@@ -1,0 +1,109 @@
+//! A small world for tests: targets on straight lines, sensors without noise, a perfect radio.
+
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::allow_attributes,
+    clippy::unwrap_used,
+    reason = "a module shared by test binaries"
+)]
+
+use standoff::*;
+
+/// A team of UAVs and the targets below it.
+pub struct Team {
+    /// The brains.
+    pub agents: Vec<Agent>,
+    /// The UAVs.
+    pub states: Vec<UavState>,
+    look_at: Vec<Option<LookAt>>,
+    commands: Vec<Command>,
+    targets: u32,
+}
+
+/// What one sensor said: boresight and detections.
+pub type OwnedScan = (Option<Angle>, Vec<Detection>);
+
+/// Borrows a scan for the agent.
+pub fn scan_of(scan: &OwnedScan) -> Scan<'_> {
+    Scan { boresight: scan.0, detections: &scan.1 }
+}
+
+impl Team {
+    /// UAVs on a ring of 450 m about the targets' start.
+    pub fn new(uavs: u32, targets: u32) -> Self {
+        let states = (0..uavs).map(|id| {
+            let phase = Angle::from_deg(75.0 * f64::from(id));
+            UavState {
+                position: Position::ORIGIN + Displacement::from_polar(450.0, phase),
+                heading: phase + Angle::from_deg(90.0),
+                speed_m_s: 40.0,
+                turn_rate_rad_s: 0.0,
+            }
+        });
+        Self {
+            agents: (0..uavs).map(|id| Agent::new(UavId(id), TeamParams::table_1()).unwrap()).collect(),
+            states: states.collect(),
+            look_at: vec![None; uavs as usize],
+            commands: vec![Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }; uavs as usize],
+            targets,
+        }
+    }
+
+    /// Where a target is at a time.
+    pub fn target(id: u32, now: Time) -> (Position, Velocity) {
+        let start = Displacement::from_polar(40.0, Angle::from_rad(1.3 * f64::from(id)));
+        let velocity = Velocity::from_m_s(6.0 + 0.1 * f64::from(id), 2.0);
+        (Position::ORIGIN + start + velocity * now.s(), velocity)
+    }
+
+    /// The instant, every sensor's scan, and everything said: cues at the start, then all reports.
+    pub fn speak(&self, tick: i64) -> (Time, Vec<OwnedScan>, Vec<Message>) {
+        let now = Time::from_us(tick * 500_000);
+        let sensor = TeamParams::table_1().track.sensor;
+        let mut inbox: Vec<Message> = Vec::new();
+        if tick == 0 {
+            for id in 0..self.targets {
+                let (position, velocity) = Self::target(id, now);
+                let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
+                let target = TargetId(id);
+                inbox.push(Message::Cue(Cue { target, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
+            }
+        }
+        let mut scans = Vec::new();
+        for (index, state) in self.states.iter().enumerate() {
+            let boresight = self.look_at[index].map(|look| look.boresight(state.position, Duration::from_s(0.5)));
+            let mut detections = Vec::new();
+            for id in 0..self.targets {
+                let (position, _) = Self::target(id, now);
+                if boresight.is_some_and(|boresight| sensor.in_view(state.position, boresight, position)) {
+                    let measurement = sensor::measure(state.position, position);
+                    detections.push(Detection { target: TargetId(id), measurement });
+                }
+            }
+            let scan = Scan { boresight, detections: &detections };
+            inbox.push(Message::Report(self.agents[index].report(now, state, scan)));
+            scans.push((boresight, detections));
+        }
+        (now, scans, inbox)
+    }
+
+    /// Carries the UAVs on by one period under the commands of the last step.
+    pub fn fly(&mut self, _now: Time) {
+        let uav = TeamParams::table_1().uav;
+        for (state, command) in self.states.iter_mut().zip(&self.commands) {
+            *state = uav.step(state, *command, Duration::from_s(0.5));
+        }
+    }
+
+    /// One whole tick.
+    pub fn tick(&mut self, tick: i64) {
+        let (now, scans, inbox) = self.speak(tick);
+        for (index, agent) in self.agents.iter_mut().enumerate() {
+            let step = agent.step(now, &self.states[index], scan_of(&scans[index]), &inbox);
+            self.commands[index] = step.command.command;
+            self.look_at[index] = step.look_at;
+        }
+        self.fly(now);
+    }
+}
