@@ -1,0 +1,269 @@
+//! Reads traffic recorded elsewhere (real or from a traffic simulator) as vehicles that move over time.
+//!
+//! Two kinds of file are read, plain or gzipped; the kind is told by the content, never by the name.
+//!
+//! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` holds `<timestep time>` (s, strictly increasing),
+//! which holds `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and latitude in degrees
+//! (`--fcd-output.geo`), of the middle of the FRONT bumper, and are kept as the vehicle's position. `speed` (m/s) and
+//! `angle` (degrees clockwise from north) give the velocity where both are there. Other elements are ignored.
+//!
+//! **CSV tracks**: a header names the columns (in any case, in any order; others are ignored), then one row per vehicle
+//! and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin with `#` are skipped.
+//!
+//! | what | column |
+//! |---|---|
+//! | time, s | `t_s`, `time_s`, `t`, `time`, `timestep_time` |
+//! | vehicle | `vehicle`, `vehicle_id`, `id`, `track`, `target` |
+//! | metres east | `x_m`, `x_east_m`, `x`, `east_m` |
+//! | metres north | `y_m`, `y_north_m`, `y`, `north_m` |
+//! | latitude, degrees | `lat_deg`, `lat`, `latitude` |
+//! | longitude, degrees | `lon_deg`, `lon`, `longitude` |
+//!
+//! Degrees (WGS84) become metres east and north in the plane that touches the ellipsoid at the file's first sample.
+//! A vehicle that is unseen for longer than the gap limit is absent in between. Everything is checked while reading, one
+//! XML element or CSV row at a time, so that nothing can go wrong later.
+
+mod build;
+mod csv;
+mod fcd;
+mod lines;
+mod value;
+mod vehicle;
+
+use std::fs::File;
+use std::io::{self, Cursor, Read};
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+pub use lines::Position;
+use lines::{Fault, Lines};
+pub use vehicle::{Vehicle, VehicleState};
+
+/// Most samples (one vehicle at one time) that a file may hold.
+pub const MAX_SAMPLES: usize = 20_000_000;
+
+/// How to read a traffic file.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Options {
+    /// What the file's coordinates are.
+    pub coordinates: Coordinates,
+    /// A vehicle unseen for longer than this is absent in between, s; finite and above 0. `None`: 2.5 times the median
+    /// step between samples of a vehicle, and at least 1 s.
+    pub gap_s: Option<f64>,
+}
+
+/// What the coordinates of a file are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Coordinates {
+    /// CSV: by the header, metres if it has both. FCD: degrees if SUMO's header comment says so, or if the vehicles'
+    /// speeds show that a unit of `x`, `y` is far longer than a metre; otherwise metres.
+    #[default]
+    Auto,
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84).
+    Degrees,
+}
+
+/// Point on the WGS84 ellipsoid where the local east-north plane of a file in degrees touches it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Origin {
+    /// Latitude, degrees north, in [-90, 90].
+    pub latitude_deg: f64,
+    /// Longitude, degrees east, in [-180, 180].
+    pub longitude_deg: f64,
+}
+
+/// The vehicles of one file; at least one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Traffic {
+    /// By time of first appearance, then name.
+    pub vehicles: Vec<Vehicle>,
+    /// Time of the first sample, microseconds, as in the file (which need not begin at 0).
+    pub begin_us: i64,
+    /// Time of the last sample, microseconds.
+    pub end_us: i64,
+    /// Origin of the local frame; `None` if the file was in metres.
+    pub origin: Option<Origin>,
+}
+
+/// Why a traffic file cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}{}: {message}", value::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
+pub struct TrafficError {
+    /// The file, as the caller named it.
+    pub file: String,
+    /// Where in the (unpacked) text; `None` if the fault is of the file as a whole.
+    pub position: Option<Position>,
+    /// What is wrong, without the place.
+    pub message: String,
+}
+
+/// Reads the traffic file at `path`. Fails if it cannot be read, or as [`read_from`] does.
+pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
+    let name = path.display().to_string();
+    match File::open(path) {
+        Ok(file) => read_from(file, &name, options),
+        Err(error) => Err(named(&name)(lines::input_fault(None, &error))),
+    }
+}
+
+/// Reads traffic from bytes; `name` stands for the file in errors. Fails if any part of it breaks the rules above: the
+/// error tells the place.
+pub fn read_from(reader: impl Read, name: &str, options: &Options) -> Result<Traffic, TrafficError> {
+    parse(reader, options).map_err(named(name))
+}
+
+fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
+    move |fault| TrafficError { file: file.to_string(), position: fault.position, message: fault.message }
+}
+
+fn parse(reader: impl Read, options: &Options) -> Result<Traffic, Fault> {
+    if let Some(gap_s) = options.gap_s
+        && !(gap_s.is_finite() && gap_s > 0.0)
+    {
+        return Err(Fault::whole(format!(
+            "gap limit = {gap_s} s; must be finite and above 0 s; leave it out for the default"
+        )));
+    }
+    let (magic, packed) = peek(reader, 2)?;
+    let text: Box<dyn Read + '_> = match magic.as_slice() {
+        [] => {
+            return Err(Fault::whole("is empty; must be SUMO FCD XML or CSV tracks".to_string()));
+        }
+        [0x1f, 0x8b] => Box::new(MultiGzDecoder::new(packed)),
+        _ => Box::new(packed),
+    };
+    let (mark, mut text) = peek(text, 3)?;
+    if mark == *b"\xEF\xBB\xBF" {
+        text.get_mut().0.set_position(3);
+    }
+    let mut lines = Lines::new(text);
+    match lines.first_byte()? {
+        None => Err(Fault::whole("holds no text; must be SUMO FCD XML or CSV tracks".to_string())),
+        Some(b'<') => fcd::read(lines, options),
+        Some(_) => csv::read(lines, options),
+    }
+}
+
+/// A reader whose first bytes were looked at.
+type Peeked<R> = io::Chain<Cursor<Vec<u8>>, R>;
+
+/// The first bytes (fewer if there are no more), and a reader that still gives them.
+fn peek<R: Read>(mut reader: R, bytes: u64) -> Result<(Vec<u8>, Peeked<R>), Fault> {
+    let mut head = Vec::new();
+    reader.by_ref().take(bytes).read_to_end(&mut head).map_err(|error| lines::input_fault(None, &error))?;
+    Ok((head.clone(), Cursor::new(head).chain(reader)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+    use std::io::Write;
+
+    const XML: &str = "<fcd-export><timestep time=\"1\"><vehicle id=\"v\" x=\"3\" y=\"4\"/></timestep></fcd-export>";
+    const CSV: &str = "t,id,x,y\n1,v,3,4\n";
+
+    fn packed(text: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(text).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn read_bytes(bytes: &[u8]) -> Result<Traffic, TrafficError> {
+        read_from(bytes, "f", &Options::default())
+    }
+
+    /// Gives one byte at a time.
+    struct Drops<'a>(&'a [u8]);
+
+    impl Read for Drops<'_> {
+        fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+            let count = out.len().min(1);
+            self.0.read(&mut out[..count])
+        }
+    }
+
+    #[test]
+    fn the_kind_is_told_by_the_content() {
+        for text in [XML, CSV] {
+            let expected = read_bytes(text.as_bytes()).unwrap();
+            let marked = [b"\xEF\xBB\xBF", text.as_bytes()].concat();
+            let indented = [b" \r\n\t", text.as_bytes()].concat();
+            for bytes in [text.as_bytes(), &marked, &indented] {
+                assert_eq!(read_bytes(bytes).unwrap(), expected);
+                assert_eq!(read_bytes(&packed(bytes)).unwrap(), expected);
+                assert_eq!(read_from(Drops(&packed(bytes)), "f", &Options::default()).unwrap(), expected);
+                assert_eq!(read_from(Drops(bytes), "f", &Options::default()).unwrap(), expected);
+            }
+        }
+        let (head, tail) = CSV.as_bytes().split_at(10);
+        let members = [packed(head), packed(tail)].concat();
+        assert!(read_bytes(&members).is_ok(), "gzip files may be put one behind the other");
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_column() {
+        let error = read_bytes(b"\xEF\xBB\xBF<routes/>").unwrap_err();
+        assert_eq!(error.position, Some(Position { line: 1, column: 1 }));
+    }
+
+    #[test]
+    fn empty_files_are_refused() {
+        for (bytes, expected) in [
+            (Vec::new(), "f: is empty; must be SUMO FCD XML or CSV tracks"),
+            (b" \r\n ".to_vec(), "f: holds no text; must be SUMO FCD XML or CSV tracks"),
+            (packed(b""), "f: holds no text; must be SUMO FCD XML or CSV tracks"),
+        ] {
+            assert_eq!(read_bytes(&bytes).unwrap_err().to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn gzip_cut_off_anywhere_is_refused() {
+        for text in [XML, CSV] {
+            let whole = packed(text.as_bytes());
+            for length in 2..whole.len() {
+                let error = read_bytes(&whole[..length]).unwrap_err();
+                assert!(error.message.starts_with("the gzip data end too early"), "{length}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_gzip_is_refused() {
+        let mut bytes = packed(XML.as_bytes());
+        let checksum = bytes.len() - 8;
+        bytes[checksum] ^= 1;
+        let error = read_bytes(&bytes).unwrap_err();
+        assert!(error.message.starts_with("the gzip data are damaged"), "{error}");
+        assert!(read_bytes(b"\x1f\x8bnot gzip at all").is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_opened_is_named_with_the_reason() {
+        let missing = read(Path::new("/nowhere/a\n.csv"), &Options::default()).unwrap_err();
+        assert_eq!(missing.file, "/nowhere/a\n.csv");
+        let text = missing.to_string();
+        assert!(text.starts_with("/nowhere/a\\n.csv: cannot be read: No such file"), "{text}");
+        let folder = read(&std::env::temp_dir(), &Options::default()).unwrap_err();
+        assert!(folder.to_string().contains(": cannot be read: "), "{folder}");
+    }
+
+    #[test]
+    fn the_gap_limit_must_be_a_span_of_time() {
+        for gap_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let options = Options { gap_s: Some(gap_s), ..Options::default() };
+            let error = read_from(XML.as_bytes(), "f", &options).unwrap_err();
+            assert!(error.message.starts_with("gap limit = "), "{error}");
+        }
+    }
+
+    #[test]
+    fn reading_twice_gives_the_same() {
+        assert_eq!(read_bytes(XML.as_bytes()), read_bytes(XML.as_bytes()));
+    }
+}

@@ -1,0 +1,208 @@
+//! Gathers the samples of a file by vehicle, then turns them into traffic.
+
+use std::collections::BTreeMap;
+
+use super::value::{quoted, seconds};
+use super::vehicle::{Sample, Vehicle};
+use super::{Options, Origin, Traffic};
+
+/// Furthest a sample may be from the origin, m: further off, a plane is no map of the earth.
+const MAX_FROM_ORIGIN: f64 = 1e6;
+
+/// The samples read so far, in the file's own coordinates.
+pub(super) struct Builder {
+    vehicles: BTreeMap<String, Vec<Sample>>,
+    first: Option<Sample>,
+    room: usize,
+}
+
+impl Builder {
+    /// For at most `room` samples.
+    pub(super) fn new(room: usize) -> Self {
+        Self { vehicles: BTreeMap::new(), first: None, room }
+    }
+
+    /// Adds a sample, and gives the one before it of the same vehicle.
+    pub(super) fn add(&mut self, name: &str, sample: Sample) -> Result<Option<Sample>, String> {
+        if self.room == 0 {
+            return Err("one sample too many; at most 20 million in a file; cut the file into parts".to_string());
+        }
+        self.room -= 1;
+        self.first.get_or_insert(sample);
+        let Some(samples) = self.vehicles.get_mut(name) else {
+            self.vehicles.insert(name.to_string(), vec![sample]);
+            return Ok(None);
+        };
+        let previous = samples.last().copied();
+        if let Some(previous) = previous.filter(|previous| previous.time_us >= sample.time_us) {
+            let (name, time, last) = (quoted(name), seconds(sample.time_us), seconds(previous.time_us));
+            return Err(if previous.time_us == sample.time_us {
+                format!("vehicle {name}: time = {time} s is there twice; once per vehicle; remove one of the two")
+            } else {
+                format!(
+                    "vehicle {name}: time = {time} s comes after {last} s; the times of a vehicle must increase; sort them"
+                )
+            });
+        }
+        samples.push(sample);
+        Ok(previous)
+    }
+
+    /// The traffic; `degrees` if x and y are longitude and latitude.
+    pub(super) fn finish(mut self, degrees: bool, options: &Options) -> Result<Traffic, String> {
+        let Some(first) = self.first else {
+            return Err("holds no vehicles; at least one; was the right file chosen?".to_string());
+        };
+        let origin = degrees.then_some(Origin { latitude_deg: first.y, longitude_deg: first.x });
+        if let Some(origin) = origin {
+            for (name, samples) in &mut self.vehicles {
+                to_metres(name, samples, origin)?;
+            }
+        }
+        let gap_us = match options.gap_s {
+            Some(gap_s) => (gap_s * 1e6).round() as i64,
+            None => default_gap_us(&self.vehicles),
+        };
+        let mut vehicles: Vec<Vehicle> =
+            self.vehicles.into_iter().map(|(name, samples)| Vehicle::new(name, samples, gap_us)).collect();
+        // The map gave them by name, and the sort is stable.
+        vehicles.sort_by_key(Vehicle::first_us);
+        Ok(Traffic {
+            begin_us: vehicles.iter().map(Vehicle::first_us).min().unwrap_or(first.time_us),
+            end_us: vehicles.iter().map(Vehicle::last_us).max().unwrap_or(first.time_us),
+            vehicles,
+            origin,
+        })
+    }
+}
+
+/// 2.5 typical steps of a vehicle, at least 1 s.
+fn default_gap_us(vehicles: &BTreeMap<String, Vec<Sample>>) -> i64 {
+    let mut steps: Vec<i64> = vehicles
+        .values()
+        .flat_map(|samples| samples.windows(2).map(|pair| pair[1].time_us - pair[0].time_us))
+        .collect();
+    if steps.is_empty() {
+        return 1_000_000;
+    }
+    let middle = steps.len() / 2;
+    let (_, &mut median, _) = steps.select_nth_unstable(middle);
+    (median * 5 / 2).max(1_000_000)
+}
+
+/// Turns longitude and latitude into metres east and north of `origin`, all on the ellipsoid.
+fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), String> {
+    let (latitude, longitude) = (origin.latitude_deg.to_radians(), origin.longitude_deg.to_radians());
+    for sample in samples {
+        let (lat, lon) = (sample.y.to_radians(), sample.x.to_radians());
+        let (east, north, up) = map_3d::geodetic2enu(lat, lon, 0.0, latitude, longitude, 0.0, map_3d::Ellipsoid::WGS84);
+        let distance = libm::hypot(libm::hypot(east, north), up);
+        if distance > MAX_FROM_ORIGIN {
+            return Err(format!(
+                "vehicle {}: at time = {} s it is {:.0} km from the file's first sample; at most 1000 km; cut the file into parts",
+                quoted(name),
+                seconds(sample.time_us),
+                distance / 1e3
+            ));
+        }
+        (sample.x, sample.y) = (east, north);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(time_us: i64, x: f64, y: f64) -> Sample {
+        Sample { time_us, x, y, velocity: [0.0; 2] }
+    }
+
+    fn traffic(samples: &[(&str, i64)], gap_s: Option<f64>) -> Traffic {
+        let mut builder = Builder::new(100);
+        for &(name, time_us) in samples {
+            builder.add(name, sample(time_us, 0.0, 0.0)).unwrap();
+        }
+        builder.finish(false, &Options { gap_s, ..Options::default() }).unwrap()
+    }
+
+    fn degrees(samples: &[(f64, f64)]) -> Result<Traffic, String> {
+        let mut builder = Builder::new(100);
+        for (time_us, &(longitude, latitude)) in (0..).zip(samples) {
+            builder.add("v", sample(time_us, longitude, latitude)).unwrap();
+        }
+        builder.finish(true, &Options::default())
+    }
+
+    #[test]
+    fn vehicles_are_ordered_by_first_appearance_then_name() {
+        let traffic = traffic(&[("late", 9), ("b", 5), ("a", 5), ("z", 1), ("b", 30)], None);
+        let names: Vec<&str> = traffic.vehicles.iter().map(Vehicle::name).collect();
+        assert_eq!(names, ["z", "a", "b", "late"]);
+        assert_eq!((traffic.begin_us, traffic.end_us), (1, 30));
+    }
+
+    #[test]
+    fn the_times_of_a_vehicle_must_increase() {
+        let mut builder = Builder::new(9);
+        let second = sample(2_000_000, 0.0, 0.0);
+        assert_eq!(builder.add("v", second), Ok(None));
+        assert!(builder.add("v", second).unwrap_err().starts_with("vehicle \"v\": time = 2 s is there twice"));
+        let earlier = builder.add("v", sample(1_500_000, 0.0, 0.0)).unwrap_err();
+        assert!(earlier.starts_with("vehicle \"v\": time = 1.5 s comes after 2 s"), "{earlier}");
+        assert_eq!(builder.add("v", sample(3_000_000, 0.0, 0.0)), Ok(Some(second)));
+    }
+
+    #[test]
+    fn there_is_room_for_so_many_samples() {
+        let mut builder = Builder::new(2);
+        assert!(builder.add("a", sample(0, 0.0, 0.0)).is_ok() && builder.add("b", sample(0, 0.0, 0.0)).is_ok());
+        assert!(builder.add("b", sample(1, 0.0, 0.0)).unwrap_err().contains("at most 20 million"));
+    }
+
+    #[test]
+    fn the_default_gap_is_two_and_a_half_typical_steps_but_a_second_at_least() {
+        let steady = traffic(&[("v", 0), ("v", 1_000_000), ("v", 2_000_000), ("v", 4_500_001)], None);
+        assert_eq!(steady.vehicles[0].at(3_000_000), None, "2.500001 s is more than 2.5 steps");
+        let steady = traffic(&[("v", 0), ("v", 1_000_000), ("v", 2_000_000), ("v", 4_500_000)], None);
+        assert!(steady.vehicles[0].at(3_000_000).is_some(), "2.5 s is not");
+        let fast = traffic(&[("v", 0), ("v", 9), ("v", 18), ("v", 27), ("v", 1_000_027), ("v", 2_000_028)], None);
+        let fast = &fast.vehicles[0];
+        assert!(fast.at(28).is_some() && fast.at(1_000_028).is_none(), "1 s at least");
+    }
+
+    #[test]
+    fn the_gap_may_be_chosen() {
+        let samples = [("v", 0), ("v", 500_000), ("v", 1_100_000)];
+        let vehicle = &traffic(&samples, Some(0.5)).vehicles[0];
+        assert!(vehicle.at(400_000).is_some() && vehicle.at(600_000).is_none());
+    }
+
+    #[test]
+    fn degrees_become_metres_about_the_first_sample() {
+        let traffic = degrees(&[(11.3, 44.5), (11.3, 44.501), (11.301, 44.5)]).unwrap();
+        assert_eq!(traffic.origin, Some(Origin { latitude_deg: 44.5, longitude_deg: 11.3 }));
+        let state = |time_us| traffic.vehicles[0].at(time_us).unwrap();
+        // One degree at 44.5 N: 111 122 m along the meridian, 79 530 m along the parallel (WGS84 radii of curvature).
+        assert!(libm::hypot(state(0).x_m, state(0).y_m) < 1e-6);
+        assert!((state(1).y_m - 111.122).abs() < 0.01 && state(1).x_m.abs() < 1e-3, "{:?}", state(1));
+        assert!((state(2).x_m - 79.530).abs() < 0.01 && state(2).y_m.abs() < 1e-3, "{:?}", state(2));
+    }
+
+    #[test]
+    fn the_date_line_is_no_edge() {
+        let traffic = degrees(&[(179.9999, 0.0), (-179.9999, 0.0)]).unwrap();
+        assert!((traffic.vehicles[0].at(1).unwrap().x_m - 22.264).abs() < 0.01);
+    }
+
+    #[test]
+    fn samples_across_the_world_are_refused() {
+        assert!(degrees(&[(0.0, 0.0), (8.9, 0.0)]).is_ok());
+        assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the file's first sample"));
+    }
+
+    #[test]
+    fn no_vehicle_is_an_error() {
+        assert!(Builder::new(1).finish(false, &Options::default()).unwrap_err().contains("no vehicles"));
+    }
+}

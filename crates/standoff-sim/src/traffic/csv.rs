@@ -1,0 +1,228 @@
+//! Reads tracks from CSV tables.
+
+mod table;
+
+use std::io::Read;
+
+use super::build::Builder;
+use super::lines::{Fault, Lines};
+use super::value::{self, Quantity, quoted};
+use super::vehicle::Sample;
+use super::{Coordinates, MAX_SAMPLES, Options, Traffic};
+use table::Table;
+
+const TIME: &[&str] = &["t_s", "time_s", "t", "time", "timestep_time"];
+const VEHICLE: &[&str] = &["vehicle", "vehicle_id", "id", "track", "target"];
+const X: &[&str] = &["x_m", "x_east_m", "x", "east_m"];
+const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m"];
+const LAT: &[&str] = &["lat_deg", "lat", "latitude"];
+const LON: &[&str] = &["lon_deg", "lon", "longitude"];
+
+pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
+    let mut table = Table::new(lines);
+    let mut builder = Builder::new(MAX_SAMPLES);
+    if !table.next_row()? {
+        return Err(Fault::whole("holds only comments; must be SUMO FCD XML or CSV tracks".to_string()));
+    }
+    let columns = Columns::find(&table, options.coordinates)?;
+    while table.next_row()? {
+        if table.row.len() != columns.count {
+            let message = format!("fields = {}; {}, as in the header; correct the row", table.row.len(), columns.count);
+            return Err(table.fault(0, message));
+        }
+        let name = table.text(columns.vehicle.index)?;
+        let in_field = |column: &Column, message| table.fault(column.index, message);
+        value::check_name(&columns.vehicle.name, name).map_err(|message| in_field(&columns.vehicle, message))?;
+        let of_vehicle = |column: &Column, message| in_field(column, format!("vehicle {}: {message}", quoted(name)));
+        let number = |column: &Column, quantity: &Quantity| {
+            let text = table.text(column.index)?;
+            quantity.parse(&column.name, text).map_err(|message| of_vehicle(column, message))
+        };
+        let time_us = value::time_us(&columns.time.name, table.text(columns.time.index)?)
+            .map_err(|message| of_vehicle(&columns.time, message))?;
+        let [x_kind, y_kind] = value::axes(columns.coordinates);
+        let (x, y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
+        let sample = Sample { time_us, x, y, velocity: [f32::NAN; 2] };
+        builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
+    }
+    builder.finish(columns.coordinates == Coordinates::Degrees, options).map_err(Fault::whole)
+}
+
+struct Column {
+    index: usize,
+    name: String,
+}
+
+/// Which columns hold what.
+struct Columns {
+    count: usize,
+    time: Column,
+    vehicle: Column,
+    x: Column,
+    y: Column,
+    /// Of `x` and `y`; not `Auto`.
+    coordinates: Coordinates,
+}
+
+impl Columns {
+    fn find(table: &Table<impl Read>, coordinates: Coordinates) -> Result<Self, Fault> {
+        let header =
+            (0..table.row.len()).map(|index| table.text(index).map(str::trim)).collect::<Result<Vec<_>, _>>()?;
+        let column = |accepted: &[&str]| {
+            let index =
+                accepted.iter().find_map(|name| header.iter().position(|found| found.eq_ignore_ascii_case(name)))?;
+            Some(Column { index, name: header[index].to_string() })
+        };
+        let missing = |what: &str, accepted: &[&str]| {
+            let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
+            let message = format!(
+                "no column for {what}; found {}; accepted: {}; rename a column",
+                found.join(", "),
+                accepted.join(", ")
+            );
+            table.fault(0, message)
+        };
+        let need = |what, accepted| column(accepted).ok_or_else(|| missing(what, accepted));
+        let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
+        let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
+        let degrees = || Some((Coordinates::Degrees, column(LON)?, column(LAT)?));
+        let (found, accepted) = match coordinates {
+            Coordinates::Auto => (metres().or_else(degrees), [X, Y, LAT, LON].concat()),
+            Coordinates::Metres => (metres(), [X, Y].concat()),
+            Coordinates::Degrees => (degrees(), [LAT, LON].concat()),
+        };
+        let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
+        Ok(Self { count: header.len(), time, vehicle, x, y, coordinates })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{TrafficError, read_from};
+    use super::*;
+
+    fn read_as(text: &str, coordinates: Coordinates) -> Result<Traffic, TrafficError> {
+        read_from(text.as_bytes(), "f.csv", &Options { coordinates, gap_s: None })
+    }
+
+    fn read(text: &str) -> Result<Traffic, TrafficError> {
+        read_as(text, Coordinates::Auto)
+    }
+
+    fn error(text: &str) -> String {
+        read(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_table_is_read() {
+        let traffic = read(
+            "# a comment, with \"quotes\r\n\r\nT_S,kind,Vehicle,X_east_m,y_m\r\n1.0,car,a,0,0\r\n# more\r\n\
+             2.0,car,a,2,-4\r\n0.5,car,\"b,\"\"1\"\"\",7,7\r\n3.0,car,a,8,-4",
+        )
+        .unwrap();
+        assert_eq!((traffic.begin_us, traffic.end_us, traffic.origin), (500_000, 3_000_000, None));
+        assert_eq!(traffic.vehicles[0].name(), "b,\"1\"");
+        let state = traffic.vehicles[1].at(2_000_000).unwrap();
+        assert_eq!((state.x_m, state.y_m, state.vx_m_s, state.vy_m_s), (2.0, -4.0, 4.0, -2.0));
+    }
+
+    #[test]
+    fn every_column_name_is_known_in_any_case() {
+        for (time, vehicle, x, y) in [
+            ("t_s", "vehicle", "x_m", "y_m"),
+            ("time_s", "vehicle_id", "x_east_m", "y_north_m"),
+            ("T", "ID", "X", "Y"),
+            ("time", "track", "east_m", "north_m"),
+            ("timestep_time", "target", " x ", "y"),
+        ] {
+            let traffic = read(&format!("{vehicle},{time},{y},{x}\nv,1,20,10")).unwrap();
+            let state = traffic.vehicles[0].at(1_000_000).unwrap();
+            assert_eq!((state.x_m, state.y_m, traffic.origin), (10.0, 20.0, None));
+        }
+        for (latitude, longitude) in [("lat_deg", "lon_deg"), ("lat", "lon"), ("Latitude", "Longitude")] {
+            let origin = read(&format!("{latitude},{longitude},t,id\n20,10,1,v")).unwrap().origin.unwrap();
+            assert_eq!((origin.latitude_deg, origin.longitude_deg), (20.0, 10.0));
+        }
+    }
+
+    #[test]
+    fn metres_are_preferred_unless_degrees_are_asked_for() {
+        let both = "t,id,lat,lon,x,y\n0,v,1,2,3,4";
+        assert!(read(both).unwrap().origin.is_none());
+        assert!(read_as(both, Coordinates::Metres).unwrap().origin.is_none());
+        assert!(read_as(both, Coordinates::Degrees).unwrap().origin.is_some());
+        assert!(read("t,id,lat,lon,x\n0,v,1,2,3").unwrap().origin.is_some(), "x alone is no position");
+    }
+
+    #[test]
+    fn a_missing_column_is_named_with_what_is_there() {
+        let header = error("# c\ntime,car,x,y\n0,v,1,2");
+        let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
+                        accepted: vehicle, vehicle_id, id, track, target; rename a column";
+        assert_eq!(header, expected);
+        assert!(error("id,x,y\n").contains("no column for the time;"));
+        assert!(error("id,t,x,lat\n").contains("no column for both coordinates;"));
+        let degrees = read_as("id,t,x,y\n", Coordinates::Degrees).unwrap_err();
+        assert!(
+            degrees.message.ends_with("accepted: lat_deg, lat, latitude, lon_deg, lon, longitude; rename a column")
+        );
+        let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
+        assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, y_m,"), "{metres}");
+    }
+
+    #[test]
+    fn wrong_values_are_shown_with_their_place() {
+        for (row, expected) in [
+            ("0,v,x,0", "f.csv:3:5: vehicle \"v\": x = \"x\" is not a number; -100000000 to 100000000 m;"),
+            ("0,\"a,\n\u{1b}b\",NaN,0", "f.csv:4:5: vehicle \"a,\\n\\u{1b}b\": x = \"NaN\" is not finite"),
+            ("0,\u{e9},0,1e9", "f.csv:3:7: vehicle \"\u{e9}\": y = \"1e9\" is out of range"),
+            ("noon,v,0,0", "f.csv:3:1: vehicle \"v\": time = \"noon\" is not a number"),
+            ("0,,0,0", "f.csv:3:3: id = \"\" has 0 characters; 1 to 200"),
+            ("0,v,0", "f.csv:3:1: fields = 3; 4, as in the header"),
+            ("0,v,0,0,0", "f.csv:3:1: fields = 5; 4, as in the header"),
+        ] {
+            let error = error(&format!("time,id,x,y\n# c\n{row}\n"));
+            assert!(error.starts_with(expected) && !error.contains('\n'), "{error}");
+        }
+        assert!(
+            error("t,id,lat,lon\n0,v,91,0").starts_with("f.csv:2:5: vehicle \"v\": lat = \"91\" is out of range; -90")
+        );
+        assert!(
+            error("t,id,lat,lon\n0,v,9,181").starts_with("f.csv:2:7: vehicle \"v\": lon = \"181\" is out of range")
+        );
+        let long = error(&format!("t,id,x,y\n0,{},0,0", "n".repeat(201)));
+        assert!(long.starts_with("f.csv:2:3: id = ") && long.contains("has 201 characters"), "{long}");
+    }
+
+    #[test]
+    fn the_times_of_each_vehicle_must_increase_but_rows_may_be_unsorted() {
+        assert!(read("t,id,x,y\n5,a,0,0\n6,a,0,0\n1,b,0,0\n2,b,0,0").is_ok());
+        let twice = error("t,id,x,y\r\n1,b,0,0\r\n1,a,0,0\r\n1,b,9,9\r\n");
+        assert!(twice.starts_with("f.csv:4:1: vehicle \"b\": time = 1 s is there twice"), "{twice}");
+        let back = error("t,id,x,y\n2,b,0,0\n1,b,0,0");
+        assert!(back.starts_with("f.csv:3:1: vehicle \"b\": time = 1 s comes after 2 s"), "{back}");
+    }
+
+    #[test]
+    fn a_file_without_rows_is_refused() {
+        assert!(error("t,id,x,y\n").starts_with("f.csv: holds no vehicles"));
+        assert!(error("# nothing\n#").starts_with("f.csv: holds only comments"));
+    }
+
+    #[test]
+    fn a_row_may_not_be_too_long() {
+        let quote_left_open = format!("t,id,x,y\n0,\"v,0,0\n{}", "1,w,0,0\n".repeat(200_000));
+        let error = read(&quote_left_open).unwrap_err();
+        assert!(error.message.contains("at most 1 MiB"), "{error}");
+        let comments = format!("{}t,id,x,y\n0,v,0,0", "# long header comment\n".repeat(100_000));
+        assert!(read(&comments).is_ok(), "comments are not part of a row");
+    }
+
+    #[test]
+    fn what_is_not_text_is_refused() {
+        let bytes = b"t,id,x,y\n0,\xff,0,0";
+        let error = read_from(&bytes[..], "f.csv", &Options::default()).unwrap_err();
+        assert!(error.to_string().starts_with("f.csv:2:3: not text; must be UTF-8"), "{error}");
+        assert!(read_from(&[0; 2_000_000][..], "f.csv", &Options::default()).is_err());
+    }
+}

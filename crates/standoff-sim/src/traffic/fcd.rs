@@ -1,0 +1,335 @@
+//! Reads SUMO floating-car data.
+
+mod attributes;
+mod motion;
+
+use std::io::Read;
+
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Error, Reader};
+
+use super::build::Builder;
+use super::lines::{Fault, Lines, Position, input_fault};
+use super::value::{self, ANGLE, Quantity, SPEED, quoted};
+use super::vehicle::Sample;
+use super::{Coordinates, MAX_SAMPLES, Options, Traffic};
+use attributes::{Found, attributes, missing, not_xml};
+use motion::Motion;
+
+/// SUMO's own files are three deep; the XML reader remembers the name of every element that is open.
+const MAX_DEPTH: usize = 50;
+
+/// What SUMO writes into the header comment of a file in degrees.
+const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
+
+pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
+    let mut reader = Reader::from_reader(lines);
+    let mut file = Fcd::new(options.coordinates);
+    let mut buffer = Vec::new();
+    loop {
+        buffer.clear();
+        let start = reader.get_mut().begin();
+        let event = match reader.read_event_into(&mut buffer) {
+            Ok(event) => event,
+            Err(Error::Io(error)) => {
+                return Err(input_fault(Some(reader.get_mut().position()), &error));
+            }
+            Err(error) => return Err(not_xml(start, &error)),
+        };
+        match event {
+            Event::Start(element) => {
+                file.element(&element, start)?;
+                file.depth += 1;
+                if file.depth > MAX_DEPTH {
+                    return Err(Fault::at(start, format!("elements are nested too deeply; at most {MAX_DEPTH} deep")));
+                }
+            }
+            Event::Empty(element) => file.element(&element, start)?,
+            Event::End(_) => file.depth -= 1,
+            Event::Comment(comment) if !file.in_root => file.header(&comment),
+            Event::Eof if file.depth > 0 => {
+                return Err(Fault::at(
+                    start,
+                    "the file ends inside an element; it is cut off: copy or make it again".into(),
+                ));
+            }
+            Event::Eof => return file.finish(options),
+            _ => {}
+        }
+    }
+}
+
+fn out_of_place(element: &str, start: Position) -> Fault {
+    let element = quoted(element);
+    Fault::at(start, format!("element = {element} is out of place; fcd-export holds timestep, which holds vehicle"))
+}
+
+/// What is known of the file so far.
+struct Fcd {
+    builder: Builder,
+    /// Elements open.
+    depth: usize,
+    in_root: bool,
+    /// Time of the last time step, microseconds.
+    last_us: Option<i64>,
+    /// Time of the element open at depth 1, if that is a time step.
+    step_us: Option<i64>,
+    /// `Auto` until something tells.
+    coordinates: Coordinates,
+    motion: Motion,
+}
+
+impl Fcd {
+    fn new(coordinates: Coordinates) -> Self {
+        Self {
+            builder: Builder::new(MAX_SAMPLES),
+            depth: 0,
+            in_root: false,
+            last_us: None,
+            step_us: None,
+            coordinates,
+            motion: Motion::default(),
+        }
+    }
+
+    fn header(&mut self, comment: &str) {
+        if self.coordinates == Coordinates::Auto && comment.contains(GEO_OPTION) {
+            self.coordinates = Coordinates::Degrees;
+        }
+    }
+
+    fn element(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        let name = element.name().into_inner();
+        match (self.depth, name) {
+            (0, "fcd-export") if !self.in_root => self.in_root = true,
+            (0, _) => {
+                let message = format!(
+                    "element = {}; the one outermost element must be fcd-export; make the file with sumo --fcd-output",
+                    quoted(name)
+                );
+                return Err(Fault::at(start, message));
+            }
+            (1, "timestep") => self.timestep(element, start)?,
+            (1, "vehicle") => return Err(out_of_place(name, start)),
+            (2, "timestep") if self.step_us.is_some() => return Err(out_of_place(name, start)),
+            (1, _) => self.step_us = None,
+            (2, "vehicle") => {
+                if let Some(time_us) = self.step_us {
+                    self.vehicle(element, start, time_us)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn timestep(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        let [time] = attributes(element, start, ["time"])?;
+        let time = time.ok_or_else(|| missing(start, "timestep", "time"))?;
+        let time_us = time.read(|text| value::time_us("time", text))?;
+        if let Some(last_us) = self.last_us.filter(|&last_us| last_us >= time_us) {
+            let (now, last) = (value::seconds(time_us), value::seconds(last_us));
+            let message = format!(
+                "time = {now} s is not after the time step before it ({last} s); must increase; sort or split the file"
+            );
+            return Err(Fault::at(time.position, message));
+        }
+        self.last_us = Some(time_us);
+        self.step_us = Some(time_us);
+        Ok(())
+    }
+
+    fn vehicle(&mut self, element: &BytesStart<'_>, start: Position, time_us: i64) -> Result<(), Fault> {
+        let [id, x, y, speed, angle] = attributes(element, start, ["id", "x", "y", "speed", "angle"])?;
+        let id = id.ok_or_else(|| missing(start, "vehicle", "id"))?;
+        id.read(|name| value::check_name("id", name))?;
+        let who = || format!("vehicle {}", quoted(&id.text));
+        let read = |key: &str, found: &Found<'_>, quantity: &Quantity| {
+            found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", who())))
+        };
+        let need = |key: &str, found: Option<Found<'_>>, quantity: &Quantity| {
+            read(key, &found.ok_or_else(|| missing(start, &who(), key))?, quantity)
+        };
+        let [x_kind, y_kind] = value::axes(self.coordinates);
+        let (x, y) = (need("x", x, &x_kind)?, need("y", y, &y_kind)?);
+        let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
+        let angle = angle.map(|found| read("angle", &found, &ANGLE)).transpose()?;
+        let velocity = match (speed, angle.map(f64::to_radians)) {
+            (Some(speed), Some(angle)) => [(speed * libm::sin(angle)) as f32, (speed * libm::cos(angle)) as f32],
+            _ => [f32::NAN; 2],
+        };
+        let sample = Sample { time_us, x, y, velocity };
+        let previous = self.builder.add(&id.text, sample).map_err(|message| Fault::at(start, message))?;
+        self.motion.add(previous, sample, speed);
+        Ok(())
+    }
+
+    fn finish(self, options: &Options) -> Result<Traffic, Fault> {
+        let degrees = match self.coordinates {
+            Coordinates::Auto => self.motion.shows_degrees(),
+            known => known == Coordinates::Degrees,
+        };
+        self.builder.finish(degrees, options).map_err(Fault::whole)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{TrafficError, VehicleState, read_from};
+    use super::*;
+
+    fn read(text: &str) -> Result<Traffic, TrafficError> {
+        read_from(text.as_bytes(), "f.xml", &Options::default())
+    }
+
+    /// A file of one time step, 1 s, that holds `inside`, from line 2 on.
+    fn step(inside: &str) -> Result<Traffic, TrafficError> {
+        read(&format!("<fcd-export><timestep time=\"1\">\n{inside}</timestep></fcd-export>"))
+    }
+
+    fn error(text: &str) -> String {
+        read(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_file_is_read() {
+        let traffic = read(
+            "<?xml version=\"1.0\"?>\r\n<!-- made by sumo -->\r\n<fcd-export>\r\n<timestep time=\"1250.00\">\r\n\
+             <vehicle id=\"a\" x=\"1.5\" y=\"-2\" angle=\"90\" speed=\"8\" type=\"car\"/>\r\n</timestep>\r\n\
+             <timestep time=\"1250.50\"/>\r\n<timestep time=\"1251.00\">\r\n\
+             <vehicle id='a' x='9.5' y='-2' angle='180' speed='4'></vehicle></timestep>\r\n</fcd-export>\r\n",
+        )
+        .unwrap();
+        assert_eq!((traffic.begin_us, traffic.end_us, traffic.origin), (1_250_000_000, 1_251_000_000, None));
+        let state = |time_us| traffic.vehicles[0].at(time_us).unwrap();
+        assert_eq!((state(1_250_000_000).x_m, state(1_250_000_000).y_m), (1.5, -2.0));
+        let near = |state: VehicleState, vx: f64, vy: f64| {
+            assert!((state.vx_m_s - vx).abs() < 1e-6 && (state.vy_m_s - vy).abs() < 1e-6, "{state:?}");
+        };
+        near(state(1_250_000_000), 8.0, 0.0);
+        near(state(1_250_500_000), 4.0, -2.0);
+        near(state(1_251_000_000), 0.0, -4.0);
+    }
+
+    #[test]
+    fn without_speed_or_angle_the_velocity_is_the_slope() {
+        for extra in ["", "speed=\"3\"", "angle=\"3\""] {
+            let traffic = read(&format!(
+                "<fcd-export><timestep time=\"0\"><vehicle id=\"a\" x=\"0\" y=\"0\" {extra}/></timestep>\
+                 <timestep time=\"0.5\"><vehicle id=\"a\" x=\"1\" y=\"-2\" {extra}/></timestep></fcd-export>"
+            ));
+            let state = traffic.unwrap().vehicles[0].at(0).unwrap();
+            assert_eq!((state.vx_m_s, state.vy_m_s), (2.0, -4.0));
+        }
+    }
+
+    #[test]
+    fn other_elements_are_ignored() {
+        let traffic = read(
+            "<fcd-export><meta><vehicle id=\"no\"/><timestep/></meta><timestep time=\"1\"><person id=\"no\"/>\
+             <container id=\"no\"><vehicle id=\"no\"/></container>text<vehicle id=\"yes\" x=\"0\" y=\"0\"/>\
+             </timestep></fcd-export>",
+        );
+        let traffic = traffic.unwrap();
+        assert_eq!(traffic.vehicles.iter().map(|vehicle| vehicle.name()).collect::<Vec<_>>(), ["yes"]);
+    }
+
+    #[test]
+    fn names_are_kept_verbatim_and_shown_escaped() {
+        let hostile = "a&#10;&lt;\u{1b}[2J\u{202e}\u{e9}";
+        let traffic = step(&format!("<vehicle id=\"{hostile}\" x=\"0\" y=\"0\"/>")).unwrap();
+        assert_eq!(traffic.vehicles[0].name(), "a\n<\u{1b}[2J\u{202e}\u{e9}");
+        let error = step(&format!("<vehicle id=\"{hostile}\" x=\"0\" y=\"?\"/>")).unwrap_err().to_string();
+        assert!(error.contains(r#"vehicle "a\n<\u{1b}[2J\u{202e}é": y = "?" is not a number"#), "{error}");
+    }
+
+    #[test]
+    fn wrong_values_are_shown_with_their_place() {
+        for (vehicle, expected) in [
+            (r#"<vehicle id="v" x="abc" y="0"/>"#, r#"f.xml:2:17: vehicle "v": x = "abc" is not a number; -1"#),
+            ("<vehicle id=\"v\" x=\"0\"\n y=\"NaN\"/>", r#"f.xml:3:2: vehicle "v": y = "NaN" is not finite; -1"#),
+            (r#"<vehicle id="v" x="0" y="-1e9"/>"#, r#"f.xml:2:23: vehicle "v": y = "-1e9" is out of range"#),
+            (r#"<vehicle id="é" x="0" y="0" speed="-1"/>"#, r#"f.xml:2:29: vehicle "é": speed = "-1" is out of"#),
+            (r#"<vehicle id="v" x="0" y="0" angle="N"/>"#, r#"f.xml:2:29: vehicle "v": angle = "N" is not a n"#),
+            (r#"<vehicle x="0" y="0"/>"#, "f.xml:2:1: vehicle: id is missing"),
+            (r#"<vehicle id="v" y="0"/>"#, r#"f.xml:2:1: vehicle "v": x is missing"#),
+            (r#"<vehicle id="v" x="0"/>"#, r#"f.xml:2:1: vehicle "v": y is missing"#),
+            (r#"<vehicle id="" x="0" y="0"/>"#, r#"f.xml:2:10: id = "" has 0 characters"#),
+            (r#"<vehicle id="v" id="w"/>"#, "f.xml:2:1: not well-formed XML"),
+            (r#"<vehicle id="&nosuch;"/>"#, "f.xml:2:10: not well-formed XML"),
+            (r#" <vehicle id="v" x=0/>"#, "f.xml:2:2: not well-formed XML"),
+            ("</vehicle>", "f.xml:2:1: not well-formed XML"),
+            (r#"<timestep time="2"/>"#, "f.xml:2:1: element = \"timestep\" is out of place"),
+        ] {
+            let error = step(vehicle).unwrap_err().to_string();
+            assert!(error.starts_with(expected) && !error.contains('\n'), "{error}");
+        }
+        let long = step(&format!("<vehicle id=\"{}\" x=\"0\" y=\"0\"/>", "x".repeat(201))).unwrap_err();
+        assert!(long.message.contains("has 201 characters"), "{long}");
+    }
+
+    #[test]
+    fn a_vehicle_is_there_once_in_a_time_step() {
+        let vehicle = r#"<vehicle id="v" x="0" y="0"/>"#;
+        let error = step(&format!("{vehicle}\n{vehicle}")).unwrap_err().to_string();
+        assert!(error.starts_with(r#"f.xml:3:1: vehicle "v": time = 1 s is there twice"#), "{error}");
+    }
+
+    #[test]
+    fn time_steps_must_increase() {
+        for times in [["2", "2"], ["2", "1.5"], ["2", "2.0000001"]] {
+            let error = error(&format!(
+                "<fcd-export>\n<timestep time=\"{}\"/>\n<timestep time=\"{}\"/></fcd-export>",
+                times[0], times[1]
+            ));
+            assert!(error.starts_with("f.xml:3:11: time = ") && error.contains("must increase"), "{error}");
+        }
+        assert!(error("<fcd-export><timestep/></fcd-export>").contains("timestep: time is missing"));
+        assert!(error("<fcd-export><timestep time=\"x\"/></fcd-export>").starts_with("f.xml:1:23: time = \"x\""));
+    }
+
+    #[test]
+    fn the_outermost_element_must_be_right() {
+        assert!(error("<routes/>").starts_with("f.xml:1:1: element = \"routes\"; the one outermost"));
+        assert!(error("<fcd-export/><fcd-export/>").starts_with("f.xml:1:14: element = \"fcd-export\"; the one"));
+        assert!(error("<fcd-export><vehicle/></fcd-export>").starts_with("f.xml:1:13: element = \"vehicle\" is out"));
+    }
+
+    #[test]
+    fn a_file_without_vehicles_is_refused() {
+        assert!(error("<fcd-export/>").starts_with("f.xml: holds no vehicles"));
+        assert!(error("<fcd-export><timestep time=\"1\"/></fcd-export>").starts_with("f.xml: holds no vehicles"));
+        assert!(error("<!-- only a comment -->").starts_with("f.xml: holds no vehicles"));
+    }
+
+    #[test]
+    fn a_file_cut_off_anywhere_is_refused() {
+        let whole = "<fcd-export>\n<timestep time=\"1\"><vehicle id=\"v\" x=\"0\" y=\"0\"/></timestep></fcd-export>";
+        assert!(read(whole).is_ok());
+        for length in 0..whole.len() {
+            let error = error(&whole[..length]);
+            let expected = if length == 0 { "is empty" } else { "cut off" };
+            assert!(error.contains(expected), "{length}: {error}");
+        }
+        assert!(error(&whole[..60]).starts_with("f.xml:2:20: "), "where the open tag begins");
+        assert!(error(&whole[..72]).starts_with("f.xml:2:60: "), "where the text ends");
+    }
+
+    #[test]
+    fn what_is_too_long_or_too_deep_is_refused() {
+        let long = format!("<fcd-export>\n<!--{}--></fcd-export>", "x".repeat(1 << 20));
+        let error = read(&long).unwrap_err();
+        assert!(error.message.contains("at most 1 MiB"), "{error}");
+        assert_eq!(error.position.unwrap().line, 2);
+        let name = "n".repeat(100_000);
+        assert!(read(&format!("<fcd-export><{name}></fcd-export>")).unwrap_err().message.len() < 300);
+        let deep = format!("<fcd-export>{}", "<a>".repeat(100_000));
+        assert!(read(&deep).unwrap_err().message.contains("nested too deeply"));
+    }
+
+    #[test]
+    fn text_that_is_not_utf8_is_refused() {
+        let error = read_from(&b"<fcd-export a=\"\xff\"/>"[..], "f.xml", &Options::default()).unwrap_err();
+        assert!(error.to_string().starts_with("f.xml:1:1: not well-formed XML"), "{error}");
+    }
+}

@@ -1,0 +1,171 @@
+//! Text read piece by piece, with the line and column known and the length of each piece bounded.
+
+use std::fmt;
+use std::io::{self, BufRead, BufReader, Read};
+
+/// Longest XML element or CSV row, bytes.
+pub(super) const MAX_PIECE: usize = 1 << 20;
+
+/// Place in a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Position {
+    /// Line, from 1.
+    pub line: u64,
+    /// Character in the line, from 1.
+    pub column: u64,
+}
+
+impl Position {
+    /// The place behind `text`, which begins here.
+    pub(super) fn after(mut self, text: &[u8]) -> Self {
+        for &byte in text {
+            if byte == b'\n' {
+                self = Self { line: self.line + 1, column: 1 };
+            } else if byte & 0xC0 != 0x80 {
+                // Continuation bytes of UTF-8 are part of a character already counted.
+                self.column += 1;
+            }
+        }
+        self
+    }
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
+/// What is wrong with a file whose name is known only further out.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) position: Option<Position>,
+    pub(super) message: String,
+}
+
+impl Fault {
+    pub(super) fn whole(message: String) -> Self {
+        Self { position: None, message }
+    }
+
+    pub(super) fn at(position: Position, message: String) -> Self {
+        Self { position: Some(position), message }
+    }
+}
+
+/// Says in words why the bytes could not be had.
+pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Fault {
+    let message = match error.kind() {
+        io::ErrorKind::UnexpectedEof => {
+            "the gzip data end too early; the file is cut off: copy or make it again".into()
+        }
+        io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {
+            format!("the gzip data are damaged ({error}); copy or make the file again")
+        }
+        io::ErrorKind::FileTooLarge => error.to_string(),
+        _ => format!("cannot be read: {error}"),
+    };
+    Fault { position, message }
+}
+
+/// A reader that knows where it is, and that fails when one piece (from one `begin` to the next) becomes too long.
+pub(super) struct Lines<R> {
+    inner: BufReader<R>,
+    position: Position,
+    left: usize,
+}
+
+impl<R: Read> Lines<R> {
+    pub(super) fn new(reader: R) -> Self {
+        Self {
+            inner: BufReader::with_capacity(1 << 16, reader),
+            position: Position { line: 1, column: 1 },
+            left: MAX_PIECE,
+        }
+    }
+
+    /// Begins a piece and tells where.
+    pub(super) fn begin(&mut self) -> Position {
+        self.left = MAX_PIECE;
+        self.position
+    }
+
+    /// Place of the next byte.
+    pub(super) fn position(&self) -> Position {
+        self.position
+    }
+
+    /// The next byte that is not blank, without taking it; `None` at the end.
+    pub(super) fn first_byte(&mut self) -> Result<Option<u8>, Fault> {
+        loop {
+            let here = self.begin();
+            let text = self.fill_buf().map_err(|error| input_fault(Some(here), &error))?;
+            let Some(&byte) = text.first() else {
+                return Ok(None);
+            };
+            let blank = text.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+            if blank == 0 {
+                return Ok(Some(byte));
+            }
+            self.consume(blank);
+        }
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.fill_buf()?.read(out)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl<R: Read> BufRead for Lines<R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        let text = self.inner.fill_buf()?;
+        if self.left == 0 && !text.is_empty() {
+            let message = "one XML element or CSV row is too long; at most 1 MiB; is this a traffic file?";
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+        }
+        Ok(&text[..text.len().min(self.left)])
+    }
+
+    fn consume(&mut self, count: usize) {
+        let taken = self.inner.buffer().get(..count).unwrap_or_default();
+        self.position = self.position.after(taken);
+        self.left = self.left.saturating_sub(count);
+        self.inner.consume(count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_and_characters_are_counted() {
+        let mut lines = Lines::new(&b"a\r\n\xC3\xA9xy"[..]);
+        assert_eq!(lines.begin(), Position { line: 1, column: 1 });
+        lines.read_exact(&mut [0; 3]).unwrap();
+        assert_eq!(lines.position(), Position { line: 2, column: 1 });
+        lines.read_exact(&mut [0; 3]).unwrap();
+        assert_eq!(lines.begin(), Position { line: 2, column: 3 });
+    }
+
+    #[test]
+    fn blanks_before_the_text_are_counted() {
+        let mut lines = Lines::new(&b" \n\r\n  <a>"[..]);
+        assert_eq!(lines.first_byte().unwrap(), Some(b'<'));
+        assert_eq!(lines.position(), Position { line: 3, column: 3 });
+        assert_eq!(Lines::new(&b" \n "[..]).first_byte().unwrap(), None);
+    }
+
+    #[test]
+    fn a_piece_may_be_as_long_as_the_limit_but_no_longer() {
+        let text = vec![b'x'; MAX_PIECE];
+        assert_eq!(Lines::new(&text[..]).read_to_end(&mut Vec::new()).unwrap(), MAX_PIECE);
+        let longer = vec![b'x'; MAX_PIECE + 1];
+        let error = Lines::new(&longer[..]).read_to_end(&mut Vec::new()).unwrap_err();
+        assert!(input_fault(None, &error).message.contains("at most 1 MiB"));
+    }
+}

@@ -1,0 +1,165 @@
+//! Checks the single values of traffic files; what is wrong is said in words.
+
+use super::Coordinates;
+
+/// A kind of number: what it may be and what to do if it is not.
+pub(super) struct Quantity {
+    low: f64,
+    high: f64,
+    unit: &'static str,
+    advice: &'static str,
+}
+
+/// Beyond this, a microsecond is finer than an f64 of seconds times 1e6 can tell.
+const TIME: Quantity =
+    Quantity { low: -9e9, high: 9e9, unit: "s", advice: "give plain seconds (SUMO: without --human-readable-time)" };
+/// East or north.
+const METRES: Quantity = Quantity { low: -1e8, high: 1e8, unit: "m", advice: "remove the sample or correct it" };
+/// East or north, while it is not known what the file's coordinates are.
+const METRES_OR_DEGREES: Quantity =
+    Quantity { low: -1e8, high: 1e8, unit: "m, or degrees", advice: "remove the sample or correct it" };
+/// Degrees north.
+const LATITUDE: Quantity =
+    Quantity { low: -90.0, high: 90.0, unit: "degrees north", advice: "if the file is in metres, choose metres" };
+/// Degrees east.
+const LONGITUDE: Quantity =
+    Quantity { low: -180.0, high: 180.0, unit: "degrees east", advice: "if the file is in metres, choose metres" };
+/// Forward speed.
+pub(super) const SPEED: Quantity =
+    Quantity { low: 0.0, high: 1e4, unit: "m/s", advice: "leave speed out to have it from the positions" };
+/// Heading.
+pub(super) const ANGLE: Quantity = Quantity {
+    low: -360.0,
+    high: 360.0,
+    unit: "degrees clockwise from north",
+    advice: "leave angle out to have it from the positions",
+};
+
+/// What x and y are.
+pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
+    match coordinates {
+        Coordinates::Auto => [METRES_OR_DEGREES, METRES_OR_DEGREES],
+        Coordinates::Metres => [METRES, METRES],
+        Coordinates::Degrees => [LONGITUDE, LATITUDE],
+    }
+}
+
+impl Quantity {
+    /// Whether `value` is in the range; not for NaN.
+    pub(super) fn allows(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
+    /// The number that `text`, the value of `key`, stands for.
+    pub(super) fn parse(&self, key: &str, text: &str) -> Result<f64, String> {
+        let wrong = match text.trim().parse::<f64>() {
+            Ok(value) if self.allows(value) => return Ok(value),
+            Ok(value) if value.is_finite() => "is out of range",
+            Ok(_) => "is not finite",
+            Err(_) => "is not a number",
+        };
+        let Self { low, high, unit, advice } = self;
+        Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))
+    }
+}
+
+/// The time that `text`, the value of `key` in seconds, stands for; microseconds.
+pub(super) fn time_us(key: &str, text: &str) -> Result<i64, String> {
+    Ok((TIME.parse(key, text)? * 1e6).round() as i64)
+}
+
+/// Seconds, for messages.
+pub(super) fn seconds(time_us: i64) -> f64 {
+    time_us as f64 / 1e6
+}
+
+/// Checks the name of a vehicle, the value of `key`.
+pub(super) fn check_name(key: &str, name: &str) -> Result<(), String> {
+    let length = name.chars().count();
+    if (1..=200).contains(&length) {
+        return Ok(());
+    }
+    Err(format!("{key} = {} has {length} characters; 1 to 200; give the vehicle a shorter name", quoted(name)))
+}
+
+/// Text from a file as messages show it: in quotes, on one line, and not too long.
+pub(super) fn quoted(text: &str) -> String {
+    format!("\"{}\"", shortened(text, 60))
+}
+
+/// At most the first `most` characters of a text, on one line.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}...", escaped(&text[..end])),
+        None => escaped(text),
+    }
+}
+
+/// Text without characters that could break the line or upset a terminal.
+pub(super) fn escaped(text: &str) -> String {
+    text.escape_debug().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_with_blanks_around() {
+        assert_eq!(METRES.parse("x", " -1.5e3\r"), Ok(-1500.0));
+        assert_eq!(METRES.parse("x", "1e8"), Ok(1e8));
+    }
+
+    #[test]
+    fn wrong_numbers_are_named_with_the_range_and_the_remedy() {
+        for (text, wrong) in [
+            ("abc", "is not a number"),
+            ("", "is not a number"),
+            ("1,5", "is not a number"),
+            ("NaN", "is not finite"),
+            ("-inf", "is not finite"),
+            ("1e999", "is not finite"),
+            ("1.0001e8", "is out of range"),
+        ] {
+            let expected =
+                format!("x = \"{text}\" {wrong}; -100000000 to 100000000 m; remove the sample or correct it");
+            assert_eq!(METRES.parse("x", text), Err(expected));
+        }
+    }
+
+    #[test]
+    fn every_quantity_has_its_range() {
+        for (quantity, inside, outside) in [
+            (&METRES_OR_DEGREES, "-1e8", "-1.1e8"),
+            (&LATITUDE, "-90", "90.1"),
+            (&LONGITUDE, "180", "-180.1"),
+            (&SPEED, "0", "-0.1"),
+            (&ANGLE, "-360", "361"),
+        ] {
+            assert!(quantity.parse("key", inside).is_ok());
+            assert!(quantity.parse("key", outside).is_err());
+        }
+    }
+
+    #[test]
+    fn times_become_whole_microseconds() {
+        assert_eq!(time_us("time", "1250.30"), Ok(1_250_300_000));
+        assert_eq!(time_us("time", "-0.0000015"), Ok(-2));
+        assert!(time_us("time", "00:20:50").unwrap_err().contains("--human-readable-time"));
+        assert!(time_us("time", "1e10").unwrap_err().contains("out of range"));
+    }
+
+    #[test]
+    fn names_are_not_empty_and_not_long() {
+        assert!(check_name("id", &"é".repeat(200)).is_ok());
+        assert!(check_name("id", "").is_err());
+        let message = check_name("id", &"x".repeat(201)).unwrap_err();
+        assert!(message.contains("has 201 characters; 1 to 200") && message.len() < 150, "{message}");
+    }
+
+    #[test]
+    fn text_from_files_is_shown_on_one_line() {
+        assert_eq!(quoted("a\n\u{1b}[31m\"\u{202e}"), r#""a\n\u{1b}[31m\"\u{202e}""#);
+        assert_eq!(quoted(&"é".repeat(61)), format!("\"{}...\"", "é".repeat(60)));
+    }
+}

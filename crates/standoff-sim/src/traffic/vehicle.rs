@@ -1,0 +1,158 @@
+//! One vehicle of a traffic file: its samples, and where it is between them.
+
+/// One vehicle at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sample {
+    pub(super) time_us: i64,
+    pub(super) x: f64,
+    pub(super) y: f64,
+    /// NaN while it is to be had from the positions. Single precision keeps large files small.
+    pub(super) velocity: [f32; 2],
+}
+
+/// State of a vehicle at some time: local frame, x east, y north.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VehicleState {
+    /// East, m.
+    pub x_m: f64,
+    /// North, m.
+    pub y_m: f64,
+    /// Velocity east, m/s.
+    pub vx_m_s: f64,
+    /// Velocity north, m/s.
+    pub vy_m_s: f64,
+}
+
+/// One vehicle of a traffic file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vehicle {
+    name: String,
+    /// By strictly increasing time; never empty.
+    samples: Vec<Sample>,
+    gap_us: i64,
+}
+
+impl Vehicle {
+    /// `samples` by strictly increasing time, in metres; those without a velocity get the slope of the positions.
+    pub(super) fn new(name: String, mut samples: Vec<Sample>, gap_us: i64) -> Self {
+        fill_velocities(&mut samples, gap_us);
+        samples.shrink_to_fit();
+        Self { name, samples, gap_us }
+    }
+
+    /// Name, as in the file: it may hold any character.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Time of the first sample, microseconds.
+    pub fn first_us(&self) -> i64 {
+        self.samples.first().map_or(0, |sample| sample.time_us)
+    }
+
+    /// Time of the last sample, microseconds.
+    pub fn last_us(&self) -> i64 {
+        self.samples.last().map_or(0, |sample| sample.time_us)
+    }
+
+    /// State at `time_us` (microseconds, on the clock of the file): on the straight line between the samples around it.
+    /// `None` before the first sample, after the last, and between samples further apart than the gap limit.
+    pub fn at(&self, time_us: i64) -> Option<VehicleState> {
+        let index = self.samples.partition_point(|sample| sample.time_us < time_us);
+        let after = self.samples.get(index)?;
+        if after.time_us == time_us {
+            return Some(between(after, after, 0.0));
+        }
+        let before = self.samples.get(index.checked_sub(1)?)?;
+        let step_us = after.time_us - before.time_us;
+        (step_us <= self.gap_us).then(|| between(before, after, (time_us - before.time_us) as f64 / step_us as f64))
+    }
+}
+
+fn between(before: &Sample, after: &Sample, part: f64) -> VehicleState {
+    let mix = |from: f64, to: f64| from + (to - from) * part;
+    let mix_velocity = |axis: usize| mix(before.velocity[axis].into(), after.velocity[axis].into());
+    VehicleState {
+        x_m: mix(before.x, after.x),
+        y_m: mix(before.y, after.y),
+        vx_m_s: mix_velocity(0),
+        vy_m_s: mix_velocity(1),
+    }
+}
+
+/// Slope between the neighbours that no gap separates; zero for a sample that has none.
+fn fill_velocities(samples: &mut [Sample], gap_us: i64) {
+    for index in 0..samples.len() {
+        let here = samples[index];
+        if !here.velocity[0].is_nan() {
+            continue;
+        }
+        let near = |other: &&Sample| (other.time_us - here.time_us).abs() <= gap_us;
+        let before = index.checked_sub(1).and_then(|other| samples.get(other)).filter(near).unwrap_or(&here);
+        let after = samples.get(index + 1).filter(near).unwrap_or(&here);
+        let seconds = (after.time_us - before.time_us) as f64 / 1e6;
+        samples[index].velocity = if seconds > 0.0 {
+            [((after.x - before.x) / seconds) as f32, ((after.y - before.y) / seconds) as f32]
+        } else {
+            [0.0; 2]
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn vehicle(samples: &[(i64, f64, f64)], gap_us: i64) -> Vehicle {
+        let samples = samples.iter().map(|&(time_us, x, y)| Sample { time_us, x, y, velocity: [f32::NAN; 2] });
+        Vehicle::new("v".to_string(), samples.collect(), gap_us)
+    }
+
+    fn state(x_m: f64, y_m: f64, vx_m_s: f64, vy_m_s: f64) -> Option<VehicleState> {
+        Some(VehicleState { x_m, y_m, vx_m_s, vy_m_s })
+    }
+
+    #[test]
+    fn the_state_is_interpolated_between_samples_and_exact_at_them() {
+        let vehicle = vehicle(&[(0, 0.0, 8.0), (1_000_000, 2.0, 8.0), (2_000_000, 8.0, 4.0)], 1_000_000);
+        assert_eq!(vehicle.at(0), state(0.0, 8.0, 2.0, 0.0));
+        assert_eq!(vehicle.at(1_000_000), state(2.0, 8.0, 4.0, -2.0));
+        assert_eq!(vehicle.at(1_500_000), state(5.0, 6.0, 5.0, -3.0));
+        assert_eq!(vehicle.at(2_000_000), state(8.0, 4.0, 6.0, -4.0));
+        assert_eq!((vehicle.first_us(), vehicle.last_us()), (0, 2_000_000));
+    }
+
+    #[test]
+    fn there_is_no_vehicle_before_its_first_or_after_its_last_sample() {
+        let vehicle = vehicle(&[(10, 0.0, 0.0), (20, 1.0, 0.0)], 100);
+        assert_eq!([i64::MIN, 9, 21, i64::MAX].map(|time_us| vehicle.at(time_us)), [None; 4]);
+    }
+
+    #[test]
+    fn a_vehicle_is_absent_strictly_inside_a_gap() {
+        let vehicle = vehicle(&[(0, 0.0, 0.0), (100, 1.0, 0.0), (201, 2.0, 0.0)], 100);
+        assert!(vehicle.at(50).is_some() && vehicle.at(100).is_some() && vehicle.at(201).is_some());
+        assert_eq!([vehicle.at(101), vehicle.at(200)], [None; 2]);
+    }
+
+    #[test]
+    fn slopes_do_not_reach_across_a_gap() {
+        let samples = [(0, 0.0, 0.0), (1_000_000, 1.0, 0.0), (9_000_000, 100.0, 0.0), (10_000_000, 103.0, 0.0)];
+        let vehicle = vehicle(&samples, 1_000_000);
+        let states = [(0.0, 1.0), (1.0, 1.0), (100.0, 3.0), (103.0, 3.0)].map(|(x, vx)| state(x, 0.0, vx, 0.0));
+        assert_eq!(samples.map(|(time_us, ..)| vehicle.at(time_us)), states);
+    }
+
+    #[test]
+    fn a_lone_sample_stands_still() {
+        assert_eq!(vehicle(&[(5, 1.0, 2.0)], 1).at(5), state(1.0, 2.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn velocities_from_the_file_are_kept() {
+        let sample = |time_us, velocity| Sample { time_us, x: 0.0, y: 0.0, velocity };
+        let samples = vec![sample(0, [3.0, 4.0]), sample(1, [f32::NAN; 2])];
+        let vehicle = Vehicle::new("v".to_string(), samples, 1);
+        assert_eq!((vehicle.at(0), vehicle.at(1)), (state(0.0, 0.0, 3.0, 4.0), state(0.0, 0.0, 0.0, 0.0)));
+    }
+}
