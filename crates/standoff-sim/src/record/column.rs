@@ -1,0 +1,258 @@
+//! One column of a table in memory: how a row's fields go into it, come out, and reach Parquet.
+
+use std::slice::IterMut;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::ColumnReader;
+use parquet::column::writer::ColumnWriter;
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
+use parquet::errors::{ParquetError, Result as ParquetResult};
+use parquet::schema::types::{ColumnDescriptor, Type};
+
+/// The columns of a table, walked from left to right to put or get one row.
+pub(super) type Cells<'a> = IterMut<'a, Column>;
+
+/// A field of a row, kept in one or more columns.
+pub(super) trait Field: Sized {
+    fn declare(name: &str, columns: &mut Vec<Column>);
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault>;
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault>;
+}
+
+/// A value kept in one column; its `Option` is a field too, of a column with nulls.
+pub(super) trait Scalar: Sized {
+    type Cell: Cell;
+    fn encode(&self) -> Result<Self::Cell, What>;
+    fn decode(cell: Self::Cell) -> Result<Self, What>;
+}
+
+/// A value that does not go into its column, or did not come out of it.
+#[derive(Debug, thiserror::Error)]
+#[error("column {column} {what}")]
+pub(super) struct Fault {
+    pub(super) column: String,
+    pub(super) what: What,
+}
+
+/// What is wrong with a value.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum What {
+    #[error("is not finite")]
+    NotFinite,
+    #[error("is too large: {0}")]
+    TooLarge(u32),
+    #[error("{0}")]
+    Bad(String),
+}
+
+impl<T: Scalar> Field for T {
+    fn declare(name: &str, columns: &mut Vec<Column>) {
+        columns.push(Column::new::<T::Cell>(name, false));
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        let column = next(cells)?;
+        let put = self.encode().and_then(|cell| column.push(Some(cell)));
+        put.map_err(|what| column.fault(what))
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        let column = next(cells)?;
+        let null = || What::Bad("is null".to_owned());
+        let got = column.pop().and_then(|cell| cell.ok_or_else(null));
+        got.and_then(T::decode).map_err(|what| column.fault(what))
+    }
+}
+
+impl<T: Scalar> Field for Option<T> {
+    fn declare(name: &str, columns: &mut Vec<Column>) {
+        columns.push(Column::new::<T::Cell>(name, true));
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        let column = next(cells)?;
+        let cell = self.as_ref().map(T::encode).transpose();
+        cell.and_then(|cell| column.push(cell)).map_err(|what| column.fault(what))
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        let column = next(cells)?;
+        let got = column.pop().and_then(|cell| cell.map(T::decode).transpose());
+        got.map_err(|what| column.fault(what))
+    }
+}
+
+fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
+    cells.next().ok_or_else(|| Fault {
+        column: "the row".to_owned(),
+        what: What::Bad("has more fields than the table has columns".to_owned()),
+    })
+}
+
+/// A column: its name and its values of the rows in hand.
+pub(super) struct Column {
+    name: String,
+    optional: bool,
+    /// One per row, 1 where the row has a value; empty if every row has one.
+    levels: Vec<i16>,
+    values: Values,
+    /// Rows taken out.
+    rows_taken: usize,
+    /// Values taken out: fewer, as a null takes no value.
+    values_taken: usize,
+}
+
+impl Column {
+    fn new<T: Cell>(name: &str, optional: bool) -> Self {
+        Self { name: name.to_owned(), optional, levels: Vec::new(), values: T::empty(), rows_taken: 0, values_taken: 0 }
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The column's entry in a table's schema.
+    pub(super) fn schema(&self) -> ParquetResult<Type> {
+        let repetition = if self.optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+        let text = matches!(self.values, Values::Text(_));
+        let logical = text.then_some(LogicalType::String);
+        Type::primitive_type_builder(&self.name, self.values.physical())
+            .with_repetition(repetition)
+            .with_logical_type(logical)
+            .build()
+    }
+
+    /// The column can be read from such a column of a file. Other programs make every column
+    /// optional when they copy a table: it is enough that the values are there.
+    pub(super) fn fits(&self, other: &ColumnDescriptor) -> bool {
+        other.physical_type() == self.values.physical() && other.max_def_level() <= 1 && other.max_rep_level() == 0
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.levels.clear();
+        self.values.clear();
+        (self.rows_taken, self.values_taken) = (0, 0);
+    }
+
+    pub(super) fn write(&self, writer: &mut ColumnWriter<'_>) -> ParquetResult<()> {
+        let levels = self.optional.then_some(self.levels.as_slice());
+        self.values.write(writer, levels)
+    }
+
+    /// Reads the column's values of one row group, in place of those in hand.
+    pub(super) fn read(&mut self, reader: ColumnReader, rows: usize) -> ParquetResult<()> {
+        self.clear();
+        let read = self.values.read(reader, rows, &mut self.levels)?;
+        if read == rows {
+            return Ok(());
+        }
+        let what = format!("column {} holds {read} of its {rows} rows", self.name);
+        Err(ParquetError::General(what))
+    }
+
+    fn push<T: Cell>(&mut self, cell: Option<T>) -> Result<(), What> {
+        if self.optional {
+            self.levels.push(i16::from(cell.is_some()));
+        }
+        T::of(&mut self.values).ok_or_else(wrong_cell)?.extend(cell);
+        Ok(())
+    }
+
+    fn pop<T: Cell>(&mut self) -> Result<Option<T>, What> {
+        let level = self.levels.get(self.rows_taken).copied().unwrap_or(1);
+        self.rows_taken += 1;
+        if level == 0 {
+            return Ok(None);
+        }
+        let cell = T::of(&mut self.values).ok_or_else(wrong_cell)?.get(self.values_taken);
+        self.values_taken += 1;
+        match cell {
+            Some(cell) => Ok(Some(cell.clone())),
+            None => Err(What::Bad("ends before its table does".to_owned())),
+        }
+    }
+
+    fn fault(&self, what: What) -> Fault {
+        let column = self.name.clone();
+        Fault { column, what }
+    }
+}
+
+/// Cannot come about: a field declares the column that it is put into.
+fn wrong_cell() -> What {
+    What::Bad("holds values of another type".to_owned())
+}
+
+/// A type that a column can hold.
+pub(super) trait Cell: Clone {
+    fn empty() -> Values;
+    fn of(values: &mut Values) -> Option<&mut Vec<Self>>;
+}
+
+/// Makes the types of columns: for each, a name here, the type in memory and that of Parquet.
+macro_rules! kinds {
+    ($($kind:ident, $cell:ty, $parquet:ty;)+) => {
+        /// The values of a column, by type.
+        pub(super) enum Values {
+            $($kind(Vec<$cell>),)+
+        }
+
+        impl Values {
+            fn physical(&self) -> Physical {
+                match self {
+                    $(Self::$kind(_) => <$parquet>::get_physical_type(),)+
+                }
+            }
+
+            fn clear(&mut self) {
+                match self {
+                    $(Self::$kind(values) => values.clear(),)+
+                }
+            }
+
+            fn write(&self, to: &mut ColumnWriter<'_>, levels: Option<&[i16]>) -> ParquetResult<()> {
+                match self {
+                    $(Self::$kind(values) => <$parquet>::get_column_writer_mut(to)
+                        .ok_or_else(wrong_kind)?
+                        .write_batch(values, levels, None)
+                        .map(drop),)+
+                }
+            }
+
+            /// Reads up to so many rows and tells how many there were.
+            fn read(&mut self, from: ColumnReader, rows: usize, levels: &mut Vec<i16>) -> ParquetResult<usize> {
+                match self {
+                    $(Self::$kind(values) => <$parquet>::get_column_reader(from)
+                        .ok_or_else(wrong_kind)?
+                        .read_records(rows, Some(levels), None, values)
+                        .map(|(rows, ..)| rows),)+
+                }
+            }
+        }
+
+        $(impl Cell for $cell {
+            fn empty() -> Values {
+                Values::$kind(Vec::new())
+            }
+
+            fn of(values: &mut Values) -> Option<&mut Vec<Self>> {
+                match values {
+                    Values::$kind(values) => Some(values),
+                    _ => None,
+                }
+            }
+        })+
+    };
+}
+
+kinds! {
+    Int64, i64, Int64Type;
+    Int32, i32, Int32Type;
+    Double, f64, DoubleType;
+    Bool, bool, BoolType;
+    Text, ByteArray, ByteArrayType;
+}
+
+fn wrong_kind() -> ParquetError {
+    ParquetError::General("a column has another type".to_owned())
+}

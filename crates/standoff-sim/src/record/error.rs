@@ -1,0 +1,152 @@
+//! What can go wrong with a record, told to the person who runs standoff: where, what, and what to do.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use parquet::errors::ParquetError;
+
+/// Why a record cannot be written or read. The message is complete: it has no source to append.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The operating system refused to write.
+    #[error("cannot write {}: {reason}; check its folder, its permissions and the free space", path.display())]
+    Write {
+        /// What was to be written or moved.
+        path: PathBuf,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// The operating system refused to read.
+    #[error("cannot read {}: {reason}; check that the record is complete, or run it again", path.display())]
+    Read {
+        /// What was to be read.
+        path: PathBuf,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// A file of the record does not hold what it should.
+    #[error("{} is damaged: {what}; copy the record again, or run it again", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The folder holds no record.
+    #[error("{} is not a record: it holds no run.json; name a folder that standoff wrote", dir.display())]
+    NotARecord {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// The record is of a later format than this program knows.
+    #[error(
+        "{} has record format {format}, written by standoff {version}; this program reads formats up \
+         to {known}: read it with standoff {version} or later",
+        path.display(), known = super::FORMAT
+    )]
+    Newer {
+        /// The manifest.
+        path: PathBuf,
+        /// The record's format.
+        format: u64,
+        /// The version of standoff that wrote it.
+        version: String,
+    },
+    /// Something that is not a run of ours lies where the record should go.
+    #[error("{} holds something other than a run of standoff and is left as it is; name another folder", dir.display())]
+    Occupied {
+        /// The folder or file in the way.
+        dir: PathBuf,
+    },
+    /// Another run is writing the same record.
+    #[error("another run is writing {}; wait until it ends, or name another folder", dir.display())]
+    InUse {
+        /// The partial folder of the other run.
+        dir: PathBuf,
+    },
+    /// The name cannot be that of a record's folder.
+    #[error("{} does not name a folder that could be made; give a name", dir.display())]
+    NoName {
+        /// The name as given.
+        dir: PathBuf,
+    },
+    /// The record was completed but could not be moved to its place; it is kept where it is.
+    #[error("the record is complete but stays in {}, move it yourself before the next run: {reason}", kept.display())]
+    NotMoved {
+        /// Where the complete record lies.
+        kept: PathBuf,
+        /// Why it could not be moved.
+        reason: Box<RecordError>,
+    },
+    /// A number to be written is NaN or infinite.
+    #[error("{table}.{column} is not finite at {time_s} s; this is a fault of the run, please report it")]
+    NotFinite {
+        /// The table.
+        table: &'static str,
+        /// The column.
+        column: String,
+        /// Time since the start of the mission, s.
+        time_s: f64,
+    },
+    /// An id or count to be written exceeds the 31 bits that the record has for it.
+    #[error("{table}.{column} is {value} at {time_s} s; a record holds at most {}", i32::MAX)]
+    TooLarge {
+        /// The table.
+        table: &'static str,
+        /// The column.
+        column: String,
+        /// Time since the start of the mission, s.
+        time_s: f64,
+        /// The number.
+        value: u32,
+    },
+    /// The frames do not make a run.
+    #[error("the frame at {time_s} s cannot be recorded: {what}")]
+    BadFrame {
+        /// Time since the start of the mission, s.
+        time_s: f64,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+}
+
+impl RecordError {
+    pub(super) fn write(path: &Path, reason: io::Error) -> Self {
+        let path = path.to_owned();
+        Self::Write { path, reason }
+    }
+
+    pub(super) fn read(path: &Path, reason: io::Error) -> Self {
+        let path = path.to_owned();
+        Self::Read { path, reason }
+    }
+
+    pub(super) fn damaged(path: &Path, what: impl Into<String>) -> Self {
+        let (path, what) = (path.to_owned(), what.into());
+        Self::Damaged { path, what }
+    }
+
+    /// Of the parquet crate while writing: the system's reason where there is one.
+    pub(super) fn parquet_write(path: &Path, error: ParquetError) -> Self {
+        Self::write(path, system_reason(error).unwrap_or_else(io::Error::other))
+    }
+
+    /// Of the parquet crate while reading: a failing disk is not a damaged file.
+    pub(super) fn parquet_read(path: &Path, error: ParquetError) -> Self {
+        match system_reason(error) {
+            Ok(reason) if reason.raw_os_error().is_some() => Self::read(path, reason),
+            Ok(reason) => Self::damaged(path, reason.to_string()),
+            Err(error) => Self::damaged(path, error.to_string()),
+        }
+    }
+}
+
+fn system_reason(error: ParquetError) -> Result<io::Error, ParquetError> {
+    match error {
+        ParquetError::External(inner) => {
+            inner.downcast::<io::Error>().map_or_else(|other| Err(ParquetError::External(other)), |io| Ok(*io))
+        }
+        other => Err(other),
+    }
+}

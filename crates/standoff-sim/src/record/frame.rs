@@ -1,0 +1,171 @@
+//! One instant of a run, as the record keeps it: rows of plain numbers, SI units, world frame.
+//!
+//! Positions are metres east (`x`) and north (`y`); angles are radians, anticlockwise from east, in
+//! (-pi, pi]. A value that does not exist (no group, no boresight yet) is `None`, never a NaN.
+
+/// Everything that the record holds of one instant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frame {
+    /// Time since the start of the mission, microseconds.
+    pub time_us: i64,
+    /// One row per UAV, by ascending id.
+    pub uavs: Vec<UavRow>,
+    /// Truth: one row per target that exists at this instant, by ascending id. Only scores read it.
+    pub truth: Vec<TruthRow>,
+    /// What the UAVs believe: one row per live track, by ascending target id.
+    pub tracks: Vec<TrackRow>,
+    /// Groups and their orbits, by ascending id.
+    pub groups: Vec<GroupRow>,
+    /// What the sensors said at this instant, by UAV then target.
+    pub detections: Vec<DetectionRow>,
+    /// What happened at this instant.
+    pub events: Vec<EventRow>,
+}
+
+/// A UAV: its state when the sensors spoke, and the command it then gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UavRow {
+    /// UAV id.
+    pub uav: u32,
+    /// The group it serves.
+    pub group: Option<u32>,
+    /// East, m.
+    pub x_m: f64,
+    /// North, m.
+    pub y_m: f64,
+    /// Heading, rad.
+    pub heading_rad: f64,
+    /// Speed, m/s.
+    pub speed_m_s: f64,
+    /// Turn rate, rad/s.
+    pub turn_rate_rad_s: f64,
+    /// Direction in which the sensor pointed during the scan, rad.
+    pub boresight_rad: Option<f64>,
+    /// Speed commanded, within limits, m/s.
+    pub speed_command_m_s: f64,
+    /// Turn rate commanded, within limits, rad/s.
+    pub turn_rate_command_rad_s: f64,
+    /// The law asked for more speed change than the limit allows.
+    pub speed_limited: bool,
+    /// The law asked for more turn rate than the limit allows.
+    pub turn_rate_limited: bool,
+    /// Distance from the UAV to the estimated group centre, r, m.
+    pub centre_distance_m: Option<f64>,
+    /// Phase on the orbit: direction from the estimated group centre to the UAV, rad.
+    pub phase_rad: Option<f64>,
+    /// Radius steered for after active measure 2 (22), m.
+    pub steered_distance_m: Option<f64>,
+    /// Desired heading (23), rad.
+    pub desired_heading_rad: Option<f64>,
+    /// Feedforward turn rate (25), rad/s.
+    pub feedforward_rad_s: Option<f64>,
+    /// Lemma 3.1's threshold, m2/s; negative: convergence is not guaranteed.
+    pub convergence_threshold_m2_s: Option<f64>,
+    /// The group's centre is too fast for the desired field (29).
+    pub centre_too_fast: bool,
+}
+
+/// A target as it really is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruthRow {
+    /// Target id.
+    pub target: u32,
+    /// East, m.
+    pub x_m: f64,
+    /// North, m.
+    pub y_m: f64,
+    /// Velocity east, m/s.
+    pub vx_m_s: f64,
+    /// Velocity north, m/s.
+    pub vy_m_s: f64,
+    /// Acceleration east, m/s2, where the truth knows it.
+    pub ax_m_s2: Option<f64>,
+    /// Acceleration north, m/s2, where the truth knows it.
+    pub ay_m_s2: Option<f64>,
+}
+
+/// Track life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TrackStatus {
+    /// Handed over by a search aircraft, not measured yet.
+    Cued,
+    /// Measured at this instant.
+    Held,
+    /// Measured before, not at this instant: predicted.
+    Coasting,
+}
+
+/// A track: the fused estimate of one target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackRow {
+    /// Target id.
+    pub target: u32,
+    /// Track life.
+    pub status: TrackStatus,
+    /// The group it belongs to.
+    pub group: Option<u32>,
+    /// `[x, vx, ax, y, vy, ay]` in m, m/s, m/s2.
+    pub state: [f64; 6],
+    /// Upper triangle of the covariance of `state`, row by row (21 numbers).
+    pub covariance: [f64; 21],
+}
+
+/// A group and the orbit about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroupRow {
+    /// Group id.
+    pub group: u32,
+    /// Number of members.
+    pub members: u32,
+    /// Estimated centre east, m.
+    pub x_m: f64,
+    /// Estimated centre north, m.
+    pub y_m: f64,
+    /// Estimated centre's velocity east, m/s.
+    pub vx_m_s: f64,
+    /// Estimated centre's velocity north, m/s.
+    pub vy_m_s: f64,
+    /// Distance from the centre to the furthest member, d_max, m.
+    pub spread_m: f64,
+    /// Margin d_m added to it, m.
+    pub margin_m: f64,
+    /// Standoff distance (15) before the clamp, m.
+    pub standoff_unclamped_m: f64,
+    /// Standoff distance r_d: (15) clamped to its bounds, m.
+    pub standoff_distance_m: f64,
+    /// Rate of r_d, m/s.
+    pub standoff_rate_m_s: f64,
+    /// Smallest radius at which the UAVs can turn about this centre (27 and the moving-centre limit), m;
+    /// `None`: the centre is as fast as the UAVs.
+    pub turn_limit_m: Option<f64>,
+    /// Some orbit satisfies every constraint.
+    pub feasible: bool,
+}
+
+/// A measurement (7).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectionRow {
+    /// UAV that measured.
+    pub uav: u32,
+    /// Target measured.
+    pub target: u32,
+    /// Range, m.
+    pub range_m: f64,
+    /// Bearing from the UAV to the target, rad.
+    pub bearing_rad: f64,
+}
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EventRow {
+    /// What happened, in kebab-case: `cued`, `lost`, `reacquired`, ...
+    pub kind: String,
+    /// The target it happened to.
+    pub target: Option<u32>,
+    /// The group concerned.
+    pub group: Option<u32>,
+    /// The UAVs concerned.
+    pub uavs: Vec<u32>,
+    /// Why, in words.
+    pub reason: String,
+}

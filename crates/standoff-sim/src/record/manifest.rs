@@ -1,0 +1,89 @@
+//! `run.json`: what was run and which version of standoff wrote the record.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::RecordError;
+use super::folder::MANIFEST;
+
+/// The format of the records that this version writes, and the latest that it reads. It rises when
+/// the manifest or a table changes so that an older version could not read it.
+pub const FORMAT: u64 = 1;
+
+/// What was run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Format of the record, [`FORMAT`] in what this version writes.
+    pub format: u64,
+    /// Version of standoff that wrote the record.
+    pub version: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the run's random numbers.
+    pub seed: u64,
+    /// Length of the mission, s.
+    pub duration_s: f64,
+    /// Time from one instant to the next, s.
+    pub period_s: f64,
+}
+
+impl Manifest {
+    /// The manifest of a run by this version of standoff.
+    #[must_use]
+    pub fn new(scenario: &str, seed: u64, duration_s: f64, period_s: f64) -> Self {
+        Self {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: scenario.to_owned(),
+            seed,
+            duration_s,
+            period_s,
+        }
+    }
+
+    pub(super) fn to_json(&self) -> Result<String, RecordError> {
+        for (column, value) in [("duration_s", self.duration_s), ("period_s", self.period_s)] {
+            if !value.is_finite() {
+                return Err(RecordError::NotFinite { table: MANIFEST, column: column.to_owned(), time_s: 0.0 });
+            }
+        }
+        serde_json::to_string_pretty(self)
+            .map(|text| text + "\n")
+            .map_err(|error| RecordError::write(Path::new(MANIFEST), error.into()))
+    }
+
+    pub(super) fn read(dir: &Path) -> Result<Self, RecordError> {
+        let path = dir.join(MANIFEST);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(reason) if reason.kind() == io::ErrorKind::NotFound && dir.is_dir() => {
+                let dir = dir.to_owned();
+                return Err(RecordError::NotARecord { dir });
+            }
+            Err(reason) => return Err(RecordError::read(&path, reason)),
+        };
+        let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
+        // A later format may have other fields: look at the format before insisting on ours.
+        let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
+        if format > FORMAT {
+            return Err(RecordError::Newer { path, format, version });
+        }
+        serde_json::from_str(&text).map_err(damaged)
+    }
+
+    /// The folder's `run.json` is that of a record, of this format or a later one.
+    pub(super) fn is_in(dir: &Path) -> bool {
+        matches!(Self::read(dir), Ok(_) | Err(RecordError::Newer { .. }))
+    }
+}
+
+/// What every format of the manifest begins with.
+#[derive(Deserialize)]
+struct Heading {
+    format: u64,
+    version: String,
+}

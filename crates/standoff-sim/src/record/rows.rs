@@ -1,0 +1,268 @@
+//! The record's tables: which fields of which row are its columns, each named once for both ways.
+
+use parquet::data_type::ByteArray;
+
+use super::column::{Cells, Column, Fault, Field, Scalar, What};
+use super::frame::{DetectionRow, EventRow, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
+use super::table::Row;
+
+/// The names of all tables; the files are `<name>.parquet`.
+pub(super) const TABLES: [&str; 7] = [
+    UavRow::TABLE,
+    TruthRow::TABLE,
+    TrackRow::TABLE,
+    GroupRow::TABLE,
+    DetectionRow::TABLE,
+    EventRow::TABLE,
+    TargetRow::TABLE,
+];
+
+/// A target's name: the table of targets is written once, when the run ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct TargetRow {
+    pub(super) target: u32,
+    pub(super) name: String,
+}
+
+/// A row and its instant: two time columns go before the row's own.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct At<R> {
+    pub(super) time_us: i64,
+    pub(super) row: R,
+}
+
+/// Makes a row of a struct: one column per field, named as the field, in this order.
+macro_rules! table {
+    ($name:literal, $row:ident: $($field:ident),+ $(,)?) => {
+        impl Row for $row {
+            const TABLE: &'static str = $name;
+
+            fn columns() -> Vec<Column> {
+                let mut columns = Vec::new();
+                $(declare(|row: &Self| &row.$field, stringify!($field), &mut columns);)+
+                columns
+            }
+
+            fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+                $(self.$field.put(cells)?;)+
+                Ok(())
+            }
+
+            fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+                Ok(Self { $($field: Field::get(cells)?,)+ })
+            }
+        }
+    };
+}
+
+/// Declares the columns of the field that `_of` points out, of which only the type counts.
+fn declare<R, T: Field>(_of: impl Fn(&R) -> &T, name: &str, columns: &mut Vec<Column>) {
+    T::declare(name, columns);
+}
+
+table! { "uavs", UavRow:
+    uav, group, x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, boresight_rad,
+    speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
+    centre_distance_m, phase_rad, steered_distance_m, desired_heading_rad, feedforward_rad_s,
+    convergence_threshold_m2_s, centre_too_fast
+}
+
+table! { "truth", TruthRow:
+    target, x_m, y_m, vx_m_s, vy_m_s, ax_m_s2, ay_m_s2
+}
+
+// `state` and `covariance` stand for several columns each: see `Named` below.
+table! { "tracks", TrackRow:
+    target, status, group, state, covariance
+}
+
+table! { "groups", GroupRow:
+    group, members, x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, standoff_unclamped_m,
+    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible
+}
+
+table! { "detections", DetectionRow:
+    uav, target, range_m, bearing_rad
+}
+
+table! { "events", EventRow:
+    kind, target, group, uavs, reason
+}
+
+table! { "targets", TargetRow:
+    target, name
+}
+
+impl<R: Row> Row for At<R> {
+    const TABLE: &'static str = R::TABLE;
+
+    fn columns() -> Vec<Column> {
+        let mut columns = Vec::new();
+        i64::declare("time_us", &mut columns);
+        f64::declare("time_s", &mut columns);
+        columns.extend(R::columns());
+        columns
+    }
+
+    fn time_s(&self) -> f64 {
+        seconds(self.time_us)
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        self.time_us.put(cells)?;
+        self.time_s().put(cells)?;
+        self.row.put(cells)
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        let time_us = i64::get(cells)?;
+        f64::get(cells)?; // for people: the microseconds are what counts
+        let row = R::get(cells)?;
+        Ok(Self { time_us, row })
+    }
+}
+
+/// The double nearest to the time in seconds.
+pub(super) fn seconds(time_us: i64) -> f64 {
+    time_us as f64 / 1e6
+}
+
+/// An array that takes one column per element.
+trait Named {
+    fn names() -> Vec<String>;
+}
+
+impl Named for [f64; 6] {
+    fn names() -> Vec<String> {
+        ["x_m", "vx_m_s", "ax_m_s2", "y_m", "vy_m_s", "ay_m_s2"].map(str::to_owned).into()
+    }
+}
+
+impl Named for [f64; 21] {
+    fn names() -> Vec<String> {
+        let axes = ["x", "vx", "ax", "y", "vy", "ay"];
+        let upper = |i: usize| axes[i..].iter().map(move |column| (axes[i], column));
+        (0..axes.len()).flat_map(upper).map(|(row, column)| format!("cov_{row}_{column}")).collect()
+    }
+}
+
+impl<const N: usize> Field for [f64; N]
+where
+    Self: Named,
+{
+    fn declare(_name: &str, columns: &mut Vec<Column>) {
+        for name in Self::names() {
+            f64::declare(&name, columns);
+        }
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        self.iter().try_for_each(|value| value.put(cells))
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = f64::get(cells)?;
+        }
+        Ok(values)
+    }
+}
+
+/// Makes scalars of types that a column holds as they are.
+macro_rules! plain {
+    ($($type:ty),+) => {
+        $(impl Scalar for $type {
+            type Cell = Self;
+
+            fn encode(&self) -> Result<Self, What> {
+                Ok(*self)
+            }
+
+            fn decode(cell: Self) -> Result<Self, What> {
+                Ok(cell)
+            }
+        })+
+    };
+}
+
+plain!(i64, bool);
+
+impl Scalar for f64 {
+    type Cell = Self;
+
+    fn encode(&self) -> Result<Self, What> {
+        Self::decode(*self)
+    }
+
+    fn decode(cell: Self) -> Result<Self, What> {
+        cell.is_finite().then_some(cell).ok_or(What::NotFinite)
+    }
+}
+
+impl Scalar for u32 {
+    type Cell = i32;
+
+    fn encode(&self) -> Result<i32, What> {
+        i32::try_from(*self).map_err(|_| What::TooLarge(*self))
+    }
+
+    fn decode(cell: i32) -> Result<Self, What> {
+        Self::try_from(cell).map_err(|_| What::Bad(format!("is negative: {cell}")))
+    }
+}
+
+impl Scalar for String {
+    type Cell = ByteArray;
+
+    fn encode(&self) -> Result<ByteArray, What> {
+        Ok(ByteArray::from(self.as_str()))
+    }
+
+    fn decode(cell: ByteArray) -> Result<Self, What> {
+        text(&cell).map(str::to_owned)
+    }
+}
+
+impl Scalar for TrackStatus {
+    type Cell = ByteArray;
+
+    fn encode(&self) -> Result<ByteArray, What> {
+        Ok(ByteArray::from(match self {
+            Self::Cued => "cued",
+            Self::Held => "held",
+            Self::Coasting => "coasting",
+        }))
+    }
+
+    fn decode(cell: ByteArray) -> Result<Self, What> {
+        match text(&cell)? {
+            "cued" => Ok(Self::Cued),
+            "held" => Ok(Self::Held),
+            "coasting" => Ok(Self::Coasting),
+            other => Err(What::Bad(format!("is no track status: {other:?}"))),
+        }
+    }
+}
+
+/// Ids joined by a space.
+impl Scalar for Vec<u32> {
+    type Cell = ByteArray;
+
+    fn encode(&self) -> Result<ByteArray, What> {
+        self.iter().try_for_each(|id| id.encode().map(drop))?;
+        let ids: Vec<String> = self.iter().map(u32::to_string).collect();
+        Ok(ByteArray::from(ids.join(" ").into_bytes()))
+    }
+
+    fn decode(cell: ByteArray) -> Result<Self, What> {
+        let ids = text(&cell)?;
+        ids.split_whitespace()
+            .map(|id| id.parse().map_err(|_| What::Bad(format!("is no list of ids: {ids:?}"))))
+            .collect()
+    }
+}
+
+fn text(cell: &ByteArray) -> Result<&str, What> {
+    std::str::from_utf8(cell.data()).map_err(|_| What::Bad("is not UTF-8 text".to_owned()))
+}

@@ -1,0 +1,488 @@
+//! Records as files: what is written is read back, and what is not ours is left alone.
+
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it as the test itself may")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use standoff_sim::record::{
+    DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, Record, RecordError, TrackRow, TrackStatus, TruthRow,
+    UavRow, Writer, occupancy,
+};
+use tempfile::TempDir;
+
+const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets"];
+
+#[test]
+fn frames_come_back_as_they_were_written() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("made/on the way/run");
+    let frames = frames(40, 2, 4);
+    write(&dir, &frames);
+
+    let record = Record::open(&dir).unwrap();
+    assert_eq!(record.manifest(), &manifest());
+    assert_eq!(record.scenario_toml(), SCENARIO);
+    assert_eq!(record.target_names(), ["lead", "second", "third", "größe"]);
+    assert!(record.has_truth());
+    assert_eq!(read(&dir).unwrap(), frames);
+    assert!(!partial(&dir).exists());
+}
+
+#[test]
+fn a_run_of_many_row_groups_comes_back() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let frames = frames(1_000, 2, 100);
+    write(&dir, &frames);
+    let mut read = Record::open(&dir).unwrap().frames().unwrap();
+    for frame in &frames {
+        assert_eq!(&read.next().unwrap().unwrap(), frame);
+    }
+    assert!(read.next().is_none());
+}
+
+#[test]
+fn tables_without_rows_come_back_empty() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let frame = Frame { uavs: vec![uav(0, 1.0)], ..Frame::default() };
+    write(&dir, std::slice::from_ref(&frame));
+    assert_eq!(read(&dir).unwrap(), [frame]);
+
+    write(&dir, &[]);
+    assert_eq!(read(&dir).unwrap(), []);
+}
+
+#[test]
+fn the_same_frames_give_the_same_bytes() {
+    let home = TempDir::new().unwrap();
+    let (one, other) = (home.path().join("one"), home.path().join("other"));
+    let frames = frames(50, 2, 4);
+    write(&one, &frames);
+    write(&other, &frames);
+    let mut files: Vec<_> = fs::read_dir(&one).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    files.sort();
+    assert_eq!(files.len(), 9);
+    for file in files {
+        let bytes = fs::read(one.join(&file)).unwrap();
+        assert_eq!(bytes, fs::read(other.join(&file)).unwrap(), "{file:?}");
+        assert!(!contains(&bytes, b"parquet-rs"), "{file:?}");
+        assert!(!contains(&bytes, home.path().to_str().unwrap().as_bytes()));
+    }
+}
+
+#[test]
+fn a_record_without_truth_has_frames_without_truth() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let mut frames = frames(10, 2, 4);
+    write(&dir, &frames);
+    fs::remove_file(dir.join("truth.parquet")).unwrap();
+    assert!(!Record::open(&dir).unwrap().has_truth());
+    frames.iter_mut().for_each(|frame| frame.truth.clear());
+    assert_eq!(read(&dir).unwrap(), frames);
+}
+
+#[test]
+fn any_other_missing_file_is_named() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let others = TABLES.iter().filter(|table| **table != "truth");
+    let mut names: Vec<_> = others.map(|table| format!("{table}.parquet")).collect();
+    names.push("scenario.toml".to_owned());
+    for name in names {
+        write(&dir, &frames(10, 2, 4));
+        fs::remove_file(dir.join(&name)).unwrap();
+        let error = read(&dir).unwrap_err();
+        assert!(matches!(error, RecordError::Read { .. }), "{error}");
+        assert!(error.to_string().contains(&name), "{error}");
+        fs::write(dir.join(&name), "").unwrap();
+    }
+}
+
+#[test]
+fn damaged_bytes_give_an_error_or_other_numbers_but_never_a_panic() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    write(&dir, &frames(5, 2, 4));
+    let every: usize = std::env::var("DAMAGE_EVERY").map_or(53, |text| text.parse().unwrap());
+    let mut errors = 0;
+    for table in TABLES {
+        let path = dir.join(format!("{table}.parquet"));
+        let good = fs::read(&path).unwrap();
+        for at in (0..good.len()).step_by(every) {
+            for mask in [0x01, 0x80, 0xff] {
+                let mut bad = good.clone();
+                bad[at] ^= mask;
+                fs::write(&path, bad).unwrap();
+                errors += u32::from(read(&dir).is_err());
+            }
+            fs::write(&path, &good[..at]).unwrap();
+            let error = read(&dir).unwrap_err();
+            assert!(matches!(error, RecordError::Damaged { .. }), "{error}");
+            assert!(error.to_string().contains(table), "{error}");
+        }
+        fs::write(&path, &good).unwrap();
+    }
+    assert!(errors > 0);
+    assert!(read(&dir).is_ok());
+}
+
+#[test]
+fn tables_of_different_runs_do_not_make_a_record() {
+    let home = TempDir::new().unwrap();
+    let (dir, longer) = (home.path().join("run"), home.path().join("longer"));
+    write(&dir, &frames(10, 2, 4));
+    write(&longer, &frames(11, 2, 4));
+    fs::copy(longer.join("tracks.parquet"), dir.join("tracks.parquet")).unwrap();
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains("tracks.parquet is damaged"), "{error}");
+
+    fs::copy(dir.join("groups.parquet"), dir.join("uavs.parquet")).unwrap();
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains("column uav is missing"), "{error}");
+}
+
+#[test]
+fn a_later_format_is_refused_and_another_version_is_read() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    write(&dir, &frames(1, 2, 4));
+    let path = dir.join("run.json");
+    let text = fs::read_to_string(&path).unwrap();
+    let ours = format!(r#""version": "{}""#, manifest().version);
+
+    fs::write(&path, text.replace(&ours, r#""version": "9.1.0""#)).unwrap();
+    assert_eq!(Record::open(&dir).unwrap().manifest().version, "9.1.0");
+
+    let later = r#"{"format": 2, "version": "9.1.0", "wind": true}"#;
+    fs::write(&path, later).unwrap();
+    let error = Record::open(&dir).unwrap_err();
+    assert!(matches!(error, RecordError::Newer { format: 2, .. }));
+    assert!(error.to_string().contains("9.1.0"), "{error}");
+    assert_eq!(occupancy(&dir), Occupancy::OlderRun);
+
+    fs::write(&path, text.replace("seed", "sead")).unwrap();
+    let error = Record::open(&dir).unwrap_err();
+    assert!(matches!(error, RecordError::Damaged { .. }), "{error}");
+}
+
+#[test]
+fn a_folder_without_a_manifest_is_no_record() {
+    let home = TempDir::new().unwrap();
+    let error = Record::open(home.path()).unwrap_err();
+    assert!(matches!(error, RecordError::NotARecord { .. }), "{error}");
+    let error = Record::open(&home.path().join("nowhere")).unwrap_err();
+    assert!(matches!(error, RecordError::Read { .. }), "{error}");
+}
+
+#[test]
+fn an_older_run_with_its_figures_is_replaced_when_the_new_one_is_complete() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    assert_eq!(occupancy(&dir), Occupancy::Free);
+    write(&dir, &frames(10, 2, 4));
+    for name in ["summary.json", "report.html", "paths.svg"] {
+        fs::write(dir.join(name), "old").unwrap();
+    }
+    assert_eq!(occupancy(&dir), Occupancy::OlderRun);
+
+    let mut writer = Writer::create(&dir, &manifest(), SCENARIO).unwrap();
+    assert_eq!(read(&dir).unwrap().len(), 10);
+    writer.frame(&frames(1, 2, 4)[0]).unwrap();
+    fs::write(writer.dir().join("summary.json"), "new").unwrap();
+    writer.finish(&names(4)).unwrap();
+    assert_eq!(read(&dir).unwrap().len(), 1);
+    assert_eq!(fs::read_to_string(dir.join("summary.json")).unwrap(), "new");
+    assert!(!dir.join("paths.svg").exists());
+}
+
+#[test]
+fn what_is_not_ours_is_refused_and_kept() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let spoilers: [fn(&Path); 4] = [
+        |dir| fs::write(dir.join("notes.txt"), "mine").unwrap(),
+        |dir| fs::create_dir(dir.join("old.svg")).unwrap(),
+        |dir| fs::remove_file(dir.join("run.json")).unwrap(),
+        |dir| fs::write(dir.join("run.json"), "{}").unwrap(),
+    ];
+    for spoil in spoilers {
+        write(&dir, &frames(1, 2, 4));
+        spoil(&dir);
+        assert_eq!(occupancy(&dir), Occupancy::Other);
+        let before = listing(&dir);
+        assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));
+        assert_eq!(listing(&dir), before);
+        assert!(!partial(&dir).exists());
+        fs::remove_dir_all(&dir).unwrap();
+    }
+    fs::write(&dir, "a file").unwrap();
+    assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));
+    assert_eq!(fs::read_to_string(&dir).unwrap(), "a file");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_to_a_run_is_not_followed() {
+    let home = TempDir::new().unwrap();
+    let (dir, link) = (home.path().join("run"), home.path().join("link"));
+    write(&dir, &frames(1, 2, 4));
+    std::os::unix::fs::symlink(&dir, &link).unwrap();
+    assert_eq!(occupancy(&link), Occupancy::Other);
+    assert!(matches!(create(&link), Err(RecordError::Occupied { .. })));
+    assert_eq!(read(&link).unwrap().len(), 1);
+}
+
+#[test]
+fn a_folder_that_is_filled_meanwhile_is_kept_and_so_is_the_record() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let writer = create(&dir).unwrap();
+    fs::create_dir(&dir).unwrap();
+    fs::write(dir.join("notes.txt"), "mine").unwrap();
+    let error = writer.finish(&names(4)).unwrap_err();
+    assert!(matches!(error, RecordError::NotMoved { .. }), "{error}");
+    assert!(dir.join("notes.txt").exists());
+    assert_eq!(read(&partial(&dir)).unwrap(), []);
+}
+
+#[test]
+fn a_dropped_writer_leaves_nothing() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let mut writer = create(&dir).unwrap();
+    writer.frame(&frames(1, 2, 4)[0]).unwrap();
+    assert_eq!(writer.dir(), partial(&dir));
+    drop(writer);
+    assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn a_stale_partial_folder_goes_only_if_it_is_ours() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    write(&dir, &frames(1, 2, 4));
+    fs::rename(&dir, partial(&dir)).unwrap();
+    drop(create(&dir).unwrap());
+    assert!(!partial(&dir).exists());
+
+    fs::create_dir(partial(&dir)).unwrap();
+    fs::write(partial(&dir).join("notes.txt"), "mine").unwrap();
+    assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));
+    assert!(partial(&dir).join("notes.txt").exists());
+}
+
+#[test]
+fn two_runs_cannot_write_one_record() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let first = create(&dir).unwrap();
+    assert!(matches!(create(&dir), Err(RecordError::InUse { .. })));
+    first.finish(&names(4)).unwrap();
+    assert!(create(&dir).is_ok());
+}
+
+#[test]
+fn a_place_that_cannot_be_written_gives_an_error() {
+    let home = TempDir::new().unwrap();
+    let file = home.path().join("file");
+    fs::write(&file, "").unwrap();
+    // A folder cannot be made below a file, whoever asks (the tests may run as root).
+    let error = create(&file.join("run")).err().unwrap();
+    assert!(error.to_string().contains("file"), "{error}");
+    assert!(matches!(create(Path::new("/")), Err(RecordError::NoName { .. })));
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_refused_and_ends_the_record() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let mut writer = create(&dir).unwrap();
+    let mut frame = frames(1, 2, 4).remove(0);
+    frame.time_us = 2_500_000;
+    frame.tracks[1].covariance[6] = f64::NAN;
+    let error = writer.frame(&frame).unwrap_err();
+    let RecordError::NotFinite { table, column, time_s } = error else {
+        panic!("{error}");
+    };
+    assert_eq!((table, column.as_str()), ("tracks", "cov_vx_vx"));
+    assert!((time_s - 2.5).abs() < 1e-12);
+    assert!(writer.frame(&frames(1, 2, 4)[0]).is_err());
+    assert!(writer.finish(&names(4)).is_err());
+    assert!(!dir.exists() && !partial(&dir).exists());
+
+    let mut endless = manifest();
+    endless.duration_s = f64::INFINITY;
+    assert!(matches!(Writer::create(&dir, &endless, SCENARIO), Err(RecordError::NotFinite { .. })));
+}
+
+#[test]
+fn ids_beyond_31_bits_are_refused() {
+    let home = TempDir::new().unwrap();
+    let good = frames(1, 2, 4).remove(0);
+    let mut bad = [good.clone(), good.clone(), good];
+    bad[0].uavs[0].uav = u32::MAX;
+    bad[1].tracks[0].group = Some(1 << 31);
+    bad[2].events[0].uavs = vec![0, 1 << 31];
+    for frame in bad {
+        let mut writer = create(&home.path().join("run")).unwrap();
+        let error = writer.frame(&frame).unwrap_err();
+        assert!(matches!(error, RecordError::TooLarge { .. }), "{error}");
+    }
+}
+
+#[test]
+fn frames_out_of_order_or_without_uavs_are_refused() {
+    let home = TempDir::new().unwrap();
+    let frames = frames(2, 2, 4);
+    for bad in
+        [vec![frames[1].clone(), frames[0].clone()], vec![frames[0].clone(), frames[0].clone()], vec![Frame::default()]]
+    {
+        let mut writer = create(&home.path().join("run")).unwrap();
+        let error = bad.iter().try_for_each(|frame| writer.frame(frame));
+        assert!(matches!(error, Err(RecordError::BadFrame { .. })));
+    }
+}
+
+/// Leaves a record for `scripts/check_record.py`: `RECORD_DIR=/tmp/r cargo test -- --ignored`.
+#[test]
+#[ignore = "writes where RECORD_DIR says"]
+fn leave_a_record_of_200_instants() {
+    let dir = PathBuf::from(std::env::var("RECORD_DIR").unwrap());
+    write(&dir, &frames(200, 2, 4));
+}
+
+const SCENARIO: &str = "name = \"two\"\n";
+
+fn manifest() -> Manifest {
+    Manifest::new("two", u64::MAX, 600.0, 0.2)
+}
+
+fn names(targets: usize) -> Vec<String> {
+    ["lead", "second", "third", "größe"].into_iter().cycle().take(targets).map(str::to_owned).collect()
+}
+
+fn create(dir: &Path) -> Result<Writer, RecordError> {
+    Writer::create(dir, &manifest(), SCENARIO)
+}
+
+fn write(dir: &Path, frames: &[Frame]) {
+    let mut writer = create(dir).unwrap();
+    for frame in frames {
+        writer.frame(frame).unwrap();
+    }
+    writer.finish(&names(4)).unwrap();
+}
+
+fn read(dir: &Path) -> Result<Vec<Frame>, RecordError> {
+    Record::open(dir)?.frames()?.collect()
+}
+
+fn partial(dir: &Path) -> PathBuf {
+    dir.with_file_name("run.partial")
+}
+
+fn listing(dir: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(dir).unwrap();
+    let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths
+}
+
+fn contains(bytes: &[u8], text: &[u8]) -> bool {
+    bytes.windows(text.len()).any(|window| window == text)
+}
+
+/// Frames with something of everything: each kind of value, present and absent.
+fn frames(instants: u32, uavs: u32, targets: u32) -> Vec<Frame> {
+    (0..instants).map(|instant| frame(instant, uavs, targets)).collect()
+}
+
+fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
+    let t = f64::from(instant) * 0.2;
+    let status = [TrackStatus::Cued, TrackStatus::Held, TrackStatus::Coasting];
+    let happened = instant.is_multiple_of(7);
+    Frame {
+        time_us: i64::from(instant) * 200_000,
+        uavs: (0..uavs).map(|id| uav(id, t)).collect(),
+        truth: (0..targets).map(|id| truth(id, t)).collect(),
+        tracks: (0..targets)
+            .map(|id| TrackRow {
+                target: id,
+                status: status[((id + instant) % 3) as usize],
+                group: id.is_multiple_of(2).then_some(id),
+                state: std::array::from_fn(|i| t * (i as f64 + 0.1) - f64::from(id)),
+                covariance: std::array::from_fn(|i| 1.0 / (t + i as f64 + 1.0)),
+            })
+            .collect(),
+        groups: vec![GroupRow {
+            group: 0,
+            members: targets,
+            x_m: t * 10.0,
+            y_m: -t,
+            vx_m_s: 10.0,
+            vy_m_s: -1.0,
+            spread_m: 80.0 + t.sqrt(),
+            margin_m: 50.0,
+            standoff_unclamped_m: 312.5 + t,
+            standoff_distance_m: 300.0,
+            standoff_rate_m_s: -0.0,
+            turn_limit_m: (k % 2 == 0).then_some(150.0),
+            feasible: instant.is_multiple_of(2),
+        }],
+        detections: (0..uavs.min(instant))
+            .map(|uav| DetectionRow {
+                uav,
+                target: instant % targets,
+                range_m: 400.0 + t.sqrt(),
+                bearing_rad: -1.0 + 0.01 * t,
+            })
+            .collect(),
+        events: Vec::from_iter(happened.then(|| EventRow {
+            kind: "lost".to_owned(),
+            target: instant.is_multiple_of(2).then_some(instant % targets),
+            group: None,
+            uavs: (0..instant % 3).collect(),
+            reason: "hidden — no line of sight".to_owned(),
+        })),
+    }
+}
+
+fn uav(id: u32, t: f64) -> UavRow {
+    let known = |value: f64| (t > 1.0).then_some(value);
+    UavRow {
+        uav: id,
+        group: (t > 0.5).then_some(0),
+        x_m: 1e3 + 40.0 * t,
+        y_m: f64::from(id) * 100.0 + t.sqrt(),
+        heading_rad: 0.1 * t % 3.0,
+        speed_m_s: 40.0,
+        turn_rate_rad_s: f64::MIN_POSITIVE,
+        boresight_rad: known(0.3),
+        speed_command_m_s: 41.0,
+        turn_rate_command_rad_s: -0.2,
+        speed_limited: id == 0,
+        turn_rate_limited: t > 3.0,
+        centre_distance_m: known(300.0 + t),
+        phase_rad: known(-2.0),
+        steered_distance_m: known(301.0),
+        desired_heading_rad: known(1.0 / (1.0 + t)),
+        feedforward_rad_s: None,
+        convergence_threshold_m2_s: known(-5.0),
+        centre_too_fast: false,
+    }
+}
+
+fn truth(id: u32, t: f64) -> TruthRow {
+    TruthRow {
+        target: id,
+        x_m: f64::from(id) * 20.0 + 10.0 * t,
+        y_m: t.sqrt(),
+        vx_m_s: 10.0,
+        vy_m_s: 0.0,
+        ax_m_s2: id.is_multiple_of(2).then_some(0.1),
+        ay_m_s2: None,
+    }
+}
