@@ -1,0 +1,96 @@
+//! Scenarios: one file in, everything a run needs out: typed, drawn, checked, with no option left open.
+//!
+//! A scenario is TOML (see [`file`] for the keys). [`Scenario::load`] reads it, applies what the command line changes,
+//! draws what is given as a distribution, fills in the defaults and checks every range. The result holds its own text
+//! with every value spelt out, which the record keeps.
+
+mod builtin;
+mod check;
+mod error;
+pub mod file;
+mod load;
+mod locate;
+mod number;
+mod resolve;
+mod start;
+mod team;
+
+use standoff::{Duration, TargetParams, TargetState, TeamParams, UavState};
+
+pub use builtin::{BUILT_IN, BuiltIn, built_in};
+pub use error::{Problem, ScenarioError};
+pub use load::Edits;
+pub use locate::Place;
+pub use number::Number;
+
+use crate::traffic::Traffic;
+
+/// Everything that determines a run.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Name of the built-in scenario or of the file, without its ending.
+    pub name: String,
+    /// What it shows.
+    pub about: String,
+    /// The seed of every draw.
+    pub seed: u64,
+    /// Length of the mission.
+    pub duration: Duration,
+    /// Time between two scans, which is also the guidance period.
+    pub period: Duration,
+    /// From when on the settled metrics count.
+    pub settle: Duration,
+    /// What the UAVs agree on.
+    pub team: TeamParams,
+    /// The sensors' real noise.
+    pub noise: Noise,
+    /// How well targets are handed over.
+    pub cue: CueError,
+    /// Where the UAVs start.
+    pub uavs: Vec<UavState>,
+    /// The targets.
+    pub targets: Targets,
+    /// What to be careful about.
+    pub warnings: Vec<String>,
+    /// The scenario with every value spelt out; loading it gives the same run.
+    pub resolved: String,
+}
+
+/// Noise of the sensors as they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Standard deviation of the range, m.
+    pub range_sd_m: f64,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sd_rad: f64,
+}
+
+/// Error of the cues.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CueError {
+    /// Standard deviation of the position per axis, m.
+    pub position_sd_m: f64,
+    /// Standard deviation of the velocity per axis, m/s.
+    pub velocity_sd_m_s: f64,
+}
+
+/// Where targets come from.
+#[derive(Debug, Clone)]
+pub enum Targets {
+    /// Drawn from the target model.
+    Random {
+        /// The model.
+        model: TargetParams,
+        /// Their first states.
+        start: Vec<TargetState>,
+    },
+    /// Read from a file.
+    Traffic(Traffic),
+}
+
+impl Scenario {
+    /// Loads a built-in scenario by name, or a file.
+    pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
+        resolve::resolve(load::Typed::load(name_or_file, edits)?, seed)
+    }
+}

@@ -1,0 +1,355 @@
+//! What a person types: the tables and keys of a scenario file, their meaning and their defaults.
+//!
+//! Every number may be a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
+//! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
+
+use serde::{Deserialize, Serialize};
+
+use super::number::Number;
+
+/// Defines a table of a scenario file: its numbers with their defaults, and its other keys.
+macro_rules! table {
+    (
+        $(#[$table_doc:meta])*
+        $name:ident {
+            $($(#[$number_doc:meta])* $number:ident = $default:expr;)*
+        }
+        $({
+            $($(#[$other_doc:meta])* $other:ident: $type:ty = $other_default:expr;)*
+        })?
+    ) => {
+        $(#[$table_doc])*
+        #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $($(#[$number_doc])* pub $number: Number,)*
+            $($($(#[$other_doc])* pub $other: $type,)*)?
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($number: Number::Constant($default),)* $($($other: $other_default,)*)? }
+            }
+        }
+
+        impl $name {
+            /// Every number with its key.
+            pub(super) fn numbers(&mut self) -> Vec<(&'static str, &mut Number)> {
+                vec![$((stringify!($number), &mut self.$number),)*]
+            }
+        }
+    };
+}
+
+/// A scenario file.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ScenarioFile {
+    /// What the scenario shows, in a line.
+    pub about: String,
+    /// Length of the mission, s; if absent: 100 s, or as long as the traffic file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<Number>,
+    /// Time between two scans, T_s, which is also the guidance period, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period_s: Option<Number>,
+    /// From when on the `..._settled` metrics count, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settle_s: Option<Number>,
+    /// The UAVs.
+    pub uavs: Uavs,
+    /// Their sensors, as they really are.
+    pub sensor: Sensor,
+    /// What the UAVs' filters assume.
+    pub filter: Filter,
+    /// How well a search aircraft hands targets over.
+    pub cue: Cue,
+    /// The orbit.
+    pub orbit: Orbit,
+    /// The guidance law.
+    pub guidance: Guidance,
+    /// Random targets, drawn from the target model (5, 6).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub targets: Option<Targets>,
+    /// Real targets, read from a traffic file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub traffic: Option<Traffic>,
+}
+
+table! {
+    /// `[uavs]`: how many, how they fly, where they start.
+    Uavs {
+        /// Nominal speed v_0 = v_d, m/s.
+        speed_m_s = 40.0;
+        /// Largest change of the commanded speed, m/s.
+        speed_change_max_m_s = 15.0;
+        /// Largest commanded turn rate, rad/s.
+        turn_rate_max_rad_s = 0.3;
+        /// Lag of the speed tau_v, s.
+        speed_lag_s = 1.0 / 3.0;
+        /// Lag of the turn rate tau_omega, s.
+        turn_rate_lag_s = 1.0 / 3.0;
+    } {
+        /// How many; if absent: as many as `[[uavs.at]]`, or 1.
+        count: Option<u32> = None;
+        /// `exact` or `euler`.
+        integrator: Integrator = Integrator::Exact;
+        /// Start on a ring about the targets (the default).
+        ring: Option<Ring> = None;
+        /// Or start here, one table per UAV.
+        at: Vec<UavAt> = Vec::new();
+    }
+}
+
+/// `[uavs.ring]`: a ring about the centre of the first targets; headings along it.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ring {
+    /// Radius, m; if absent: the standoff distance of the targets' start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_m: Option<Number>,
+    /// Direction from the centre to the first UAV, degrees anticlockwise from east; if absent 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase_deg: Option<Number>,
+    /// From one UAV to the next, degrees; if absent: the separation of a pair, or evenly spaced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing_deg: Option<Number>,
+}
+
+table! {
+    /// `[[uavs.at]]`: where one UAV starts.
+    UavAt {
+        /// East, m.
+        x_m = 0.0;
+        /// North, m.
+        y_m = 0.0;
+        /// Heading, degrees anticlockwise from east.
+        heading_deg = 0.0;
+        /// Speed, m/s.
+        speed_m_s = 40.0;
+    }
+}
+
+table! {
+    /// `[sensor]`: the sensors as they are.
+    Sensor {
+        /// Noise of the range: standard deviation, m.
+        range_sd_m = 0.0;
+        /// Noise of the bearing: standard deviation, degrees.
+        bearing_sd_deg = 0.0;
+        /// Field of view alpha_f, degrees.
+        field_of_view_deg = 70.0;
+        /// Furthest range at which a target is seen, m.
+        sensing_range_m = 1200.0;
+    }
+}
+
+table! {
+    /// `[filter]`: what the filters assume, and when a track is given up.
+    Filter {
+        /// A track less certain than this is lost: standard deviation of its position, m.
+        lost_position_sd_m = 150.0;
+        /// A track unseen for so long where it should be in plain view is lost, s.
+        lost_in_view_s = 5.0;
+        /// Velocity of a track that starts from a measurement: standard deviation per axis, m/s.
+        start_velocity_sd_m_s = 10.0;
+    } {
+        /// Correlation rate alpha of the targets' acceleration, 1/s; if absent: that of `[targets]`, or 0.3 for traffic.
+        correlation_rate_1_s: Option<Number> = None;
+        /// Standard deviation sigma_a of the targets' acceleration per axis, m/s2; if absent: that of `[targets]`, or
+        /// 0.75 for traffic.
+        acceleration_sd_m_s2: Option<Number> = None;
+        /// Assumed standard deviation sigma_r of the range, m; if absent: the sensor's, or 10 if that has none.
+        range_sd_m: Option<Number> = None;
+        /// Assumed standard deviation sigma_theta of the bearing, degrees; if absent: the sensor's, or 3 if that has
+        /// none.
+        bearing_sd_deg: Option<Number> = None;
+    }
+}
+
+table! {
+    /// `[cue]`: a target is handed over once, when it appears, with an error of this size.
+    Cue {
+        /// Standard deviation of the position per axis, m.
+        position_sd_m = 20.0;
+        /// Standard deviation of the velocity per axis, m/s.
+        velocity_sd_m_s = 2.0;
+    }
+}
+
+table! {
+    /// `[orbit]`: the standoff distance (15, 16) and who is kept inside.
+    Orbit {
+        /// Margin eps_m taken off the field of view, degrees.
+        field_of_view_margin_deg = 10.0;
+        /// Smallest radius r_d,min, m.
+        radius_min_m = 250.0;
+        /// Largest radius r_d,max, m.
+        radius_max_m = 700.0;
+        /// With `margin = "standard-deviations"`: how many.
+        margin_sds = 1.645;
+        /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius.
+        take_back_fraction = 0.9;
+    } {
+        /// `standard-deviations` of the furthest target's relative position, in metres, or `mahalanobis` as printed (16).
+        margin: Margin = Margin::StandardDeviations;
+        /// When members change, the centre `shift`s by the known jump, or the filter takes it for an innovation (`filter`).
+        on_membership_change: OnMembershipChange = OnMembershipChange::Shift;
+    }
+}
+
+table! {
+    /// `[guidance]`: the law's gains.
+    Guidance {
+        /// k_l of active measure 1 (20); 1 switches it off.
+        radial_gain = 0.2;
+        /// k_rd of active measure 2 (22), s; 0 switches it off.
+        lead_s = 3.0;
+        /// k_omega (24), 1/s.
+        heading_gain_1_s = 2.0;
+        /// k_v (35), 1/s.
+        spacing_gain_1_s = 0.5;
+        /// Separation theta_d of a pair (35), degrees.
+        separation_deg = 90.0;
+    } {
+        /// `flown` (derivative of what is flown), `exact` ((25) corrected) or `printed` ((25)).
+        feedforward: Feedforward = Feedforward::Flown;
+        /// `anticlockwise` or `clockwise`.
+        sense: Sense = Sense::Anticlockwise;
+    }
+}
+
+table! {
+    /// `[targets]`: random targets.
+    Targets {
+        /// Correlation rate alpha of their acceleration, 1/s.
+        correlation_rate_1_s = 0.1;
+        /// Standard deviation sigma_a of their acceleration per axis, m/s2.
+        acceleration_sd_m_s2 = 0.0;
+    } {
+        /// So many, each drawn by itself.
+        scatter: Option<Scatter> = None;
+        /// And these, one table per target.
+        at: Vec<TargetAt> = Vec::new();
+    }
+}
+
+table! {
+    /// `[targets.scatter]`: targets that are drawn, each by itself.
+    Scatter {
+        /// East, m.
+        x_m = 0.0;
+        /// North, m.
+        y_m = 0.0;
+        /// Velocity east, m/s.
+        vx_m_s = 0.0;
+        /// Velocity north, m/s.
+        vy_m_s = 0.0;
+    } {
+        /// How many.
+        count: u32 = 1;
+    }
+}
+
+table! {
+    /// `[[targets.at]]`: where and how fast one target starts.
+    TargetAt {
+        /// East, m.
+        x_m = 0.0;
+        /// North, m.
+        y_m = 0.0;
+        /// Velocity east, m/s.
+        vx_m_s = 0.0;
+        /// Velocity north, m/s.
+        vy_m_s = 0.0;
+        /// Acceleration east, m/s2.
+        ax_m_s2 = 0.0;
+        /// Acceleration north, m/s2.
+        ay_m_s2 = 0.0;
+    }
+}
+
+/// `[traffic]`: targets from a file.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Traffic {
+    /// SUMO floating-car data (XML) or CSV tracks, plain or gzip; relative to the scenario file.
+    pub file: String,
+    /// `auto`, `metres` or `degrees`.
+    pub coordinates: Coordinates,
+    /// A vehicle absent from the file for longer than this has dropped out, s; if absent: 1 s or 2.5 time steps of the
+    /// file, whichever is longer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_s: Option<Number>,
+}
+
+/// Defines a key whose value is one of a few words.
+macro_rules! words {
+    ($(#[$doc:meta])* $name:ident { $($(#[$word_doc:meta])* $word:ident),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum $name { $($(#[$word_doc])* $word,)* }
+    };
+}
+
+words! {
+    /// How the UAVs' motion is carried over a time step (1, 4).
+    Integrator {
+        /// Exactly.
+        Exact,
+        /// By one Euler step, as printed.
+        Euler,
+    }
+}
+words! {
+    /// The margin (16).
+    Margin {
+        /// Metres, from the fused covariances.
+        StandardDeviations,
+        /// As printed.
+        Mahalanobis,
+    }
+}
+words! {
+    /// What a change of members does to a group's centre.
+    OnMembershipChange {
+        /// It moves by the known jump.
+        Shift,
+        /// Its filter takes the jump for an innovation.
+        Filter,
+    }
+}
+words! {
+    /// The feedforward (25).
+    Feedforward {
+        /// Derivative of what is flown.
+        Flown,
+        /// (25) made exact.
+        Exact,
+        /// (25) as printed.
+        Printed,
+    }
+}
+words! {
+    /// Which way round the orbits are flown.
+    Sense {
+        /// Seen from above.
+        Anticlockwise,
+        /// Seen from above.
+        Clockwise,
+    }
+}
+words! {
+    /// What x and y of a traffic file are.
+    #[derive(Default)]
+    Coordinates {
+        /// The reader finds out.
+        #[default]
+        Auto,
+        /// Metres east and north.
+        Metres,
+        /// Degrees of longitude and latitude.
+        Degrees,
+    }
+}

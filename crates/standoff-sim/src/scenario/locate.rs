@@ -1,0 +1,97 @@
+//! Where a key of a scenario stands, so that an error can point at it.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A place in a text, both counted from 1; columns in characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Line.
+    pub line: usize,
+    /// Column.
+    pub column: usize,
+}
+
+/// The text of a scenario, parsed for places.
+pub(super) struct Map<'a> {
+    text: &'a str,
+    root: Option<Spanned<DeTable<'a>>>,
+}
+
+impl<'a> Map<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        Self { text, root: DeTable::parse(text).ok() }
+    }
+
+    /// Where a dotted key stands (`uavs.at.1.x_m`), or the nearest table around it.
+    pub(super) fn find(&self, key: &str) -> Option<Place> {
+        let mut span = None;
+        let mut here: Option<Step<'_>> = Some(Step::Table(self.root.as_ref()?.get_ref()));
+        for part in key.split('.') {
+            let Some((found, next)) = here.take().and_then(|step| step.into_part(part)) else { break };
+            span = Some(found);
+            here = next;
+        }
+        span.map(|span| place(self.text, span.start))
+    }
+
+    /// The place of a byte of the text.
+    pub(super) fn place(&self, offset: usize) -> Place {
+        place(self.text, offset)
+    }
+}
+
+enum Step<'a> {
+    Table(&'a DeTable<'a>),
+    Array(&'a [Spanned<DeValue<'a>>]),
+}
+
+impl<'a> Step<'a> {
+    fn into_part(self, part: &str) -> Option<(Range<usize>, Option<Step<'a>>)> {
+        let (span, value) = match self {
+            Step::Table(table) => {
+                let (key, value) = table.iter().find(|(key, _)| key.get_ref() == part)?;
+                (key.span(), value)
+            }
+            Step::Array(values) => {
+                let value = values.get(part.parse::<usize>().ok()?)?;
+                (value.span(), value)
+            }
+        };
+        let next = match value.get_ref() {
+            DeValue::Table(table) => Some(Step::Table(table)),
+            DeValue::Array(values) => Some(Step::Array(values)),
+            _ => None,
+        };
+        Some((span, next))
+    }
+}
+
+fn place(text: &str, offset: usize) -> Place {
+    let before = text.get(..offset).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    Place { line: before.matches('\n').count() + 1, column: before[line_start..].chars().count() + 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_is_found_in_tables_and_arrays() {
+        let text = "a = 1\n[b]\n  \u{e9} = 2\nc = 3\n[[d.at]]\nx = 4\n[[d.at]]\nx = 55\n";
+        let map = Map::new(text);
+        assert_eq!(map.find("a"), Some(Place { line: 1, column: 1 }));
+        assert_eq!(map.find("b.c"), Some(Place { line: 4, column: 1 }));
+        assert_eq!(map.find("d.at.1.x"), Some(Place { line: 8, column: 1 }));
+        assert_eq!(map.find("nowhere"), None);
+    }
+
+    #[test]
+    fn a_key_that_is_not_there_is_looked_for_in_its_table() {
+        let map = Map::new("x = 0\n[b]\nc = 3\n");
+        assert_eq!(map.find("b.missing").map(|place| place.line), Some(2));
+    }
+}

@@ -1,0 +1,241 @@
+//! From what was typed to what is run: draws, defaults, checks.
+
+use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, Velocity};
+
+use super::builtin::BUILT_IN_TRAFFIC;
+use super::check::{Problems, check};
+use super::error::ScenarioError;
+use super::file::{self, ScenarioFile, TargetAt};
+use super::load::Typed;
+use super::number::{Number, of, value};
+use super::team::team;
+use super::{CueError, Noise, Scenario, Targets, start};
+use crate::draws::{Draws, Stream};
+use crate::traffic::{self, Traffic};
+
+/// Draws, fills in and checks.
+pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioError> {
+    let draws = Draws::new(seed);
+    let mut problems = Problems::default();
+    draw_numbers(&mut typed.file, draws, &mut problems);
+    problems.report(&typed)?;
+
+    let traffic = read_traffic(&typed)?;
+    fill_in(&mut typed.file, traffic.as_ref());
+    let file = &typed.file;
+    let team = team(file);
+    check(file, &team, traffic.as_ref(), &mut problems);
+    problems.report(&typed)?;
+
+    let targets = match traffic {
+        Some(traffic) => Targets::Traffic(traffic),
+        None => random_targets(&mut typed.file, draws),
+    };
+    let uavs = start::uavs(&mut typed.file, &team, &targets);
+    let file = &typed.file;
+    let period = Duration::from_s(of(&file.period_s));
+    Ok(Scenario {
+        name: typed.name.clone(),
+        about: file.about.clone(),
+        seed,
+        duration: Duration::from_s(of(&file.duration_s)),
+        period,
+        settle: Duration::from_s(of(&file.settle_s)),
+        noise: Noise {
+            range_sd_m: value(&file.sensor.range_sd_m),
+            bearing_sd_rad: value(&file.sensor.bearing_sd_deg).to_radians(),
+        },
+        cue: CueError {
+            position_sd_m: value(&file.cue.position_sd_m),
+            velocity_sd_m_s: value(&file.cue.velocity_sd_m_s),
+        },
+        uavs,
+        targets,
+        warnings: warnings(&team, period),
+        resolved: resolved_text(&typed)?,
+        team,
+    })
+}
+
+/// Every number drawn, in place. A draw depends on the seed and the key alone.
+fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) {
+    let mut draw = |key: String, number: &mut Number| match number.problem() {
+        Some(problem) => problems.add(key, problem),
+        None => *number = Number::Constant(number.draw(&mut draws.at(Stream::Scenario, hash(&key), 0))),
+    };
+    let tables = [
+        ("uavs", file.uavs.numbers()),
+        ("sensor", file.sensor.numbers()),
+        ("filter", file.filter.numbers()),
+        ("cue", file.cue.numbers()),
+        ("orbit", file.orbit.numbers()),
+        ("guidance", file.guidance.numbers()),
+    ];
+    for (table, numbers) in tables {
+        for (key, number) in numbers {
+            draw(format!("{table}.{key}"), number);
+        }
+    }
+    for (index, at) in file.uavs.at.iter_mut().enumerate() {
+        for (key, number) in at.numbers() {
+            draw(format!("uavs.at.{index}.{key}"), number);
+        }
+    }
+    if let Some(targets) = &mut file.targets {
+        for (key, number) in targets.numbers() {
+            draw(format!("targets.{key}"), number);
+        }
+        for (index, at) in targets.at.iter_mut().enumerate() {
+            for (key, number) in at.numbers() {
+                draw(format!("targets.at.{index}.{key}"), number);
+            }
+        }
+        // Drawn once for each target, later; here only looked at.
+        for (key, number) in targets.scatter.iter_mut().flat_map(|scatter| scatter.numbers()) {
+            draw(format!("targets.scatter.{key}"), &mut number.clone());
+        }
+    }
+    let filter = &mut file.filter;
+    let optional = [
+        ("duration_s", &mut file.duration_s),
+        ("period_s", &mut file.period_s),
+        ("settle_s", &mut file.settle_s),
+        ("filter.correlation_rate_1_s", &mut filter.correlation_rate_1_s),
+        ("filter.acceleration_sd_m_s2", &mut filter.acceleration_sd_m_s2),
+        ("filter.range_sd_m", &mut filter.range_sd_m),
+        ("filter.bearing_sd_deg", &mut filter.bearing_sd_deg),
+    ];
+    let ring = file.uavs.ring.iter_mut().flat_map(|ring| {
+        [
+            ("uavs.ring.radius_m", &mut ring.radius_m),
+            ("uavs.ring.phase_deg", &mut ring.phase_deg),
+            ("uavs.ring.spacing_deg", &mut ring.spacing_deg),
+        ]
+    });
+    let gap = file.traffic.iter_mut().map(|traffic| ("traffic.gap_s", &mut traffic.gap_s));
+    for (key, number) in optional.into_iter().chain(ring).chain(gap) {
+        if let Some(number) = number {
+            draw(key.to_owned(), number);
+        }
+    }
+}
+
+/// The traffic file, read through and checked.
+fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
+    let Some(table) = &typed.file.traffic else { return Ok(None) };
+    let refuse = |key: &str, message: String| {
+        let (file, place) = typed.place(key);
+        Err(ScenarioError::one(file, place, message))
+    };
+    if typed.file.targets.is_some() {
+        return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
+    }
+    let gap_s = table.gap_s.as_ref().map(value);
+    if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
+        return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
+    }
+    let options = traffic::Options {
+        coordinates: match table.coordinates {
+            file::Coordinates::Auto => traffic::Coordinates::Auto,
+            file::Coordinates::Metres => traffic::Coordinates::Metres,
+            file::Coordinates::Degrees => traffic::Coordinates::Degrees,
+        },
+        gap_s,
+    };
+    let read = match &typed.traffic_from {
+        Some(folder) => traffic::read(&folder.join(&table.file), &options),
+        None => match BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file) {
+            Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
+            None => traffic::read(table.file.as_ref(), &options),
+        },
+    };
+    read.map(Some).map_err(ScenarioError::from)
+}
+
+/// Spells out every default that depends on something else.
+fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
+    let spelt = |number: &mut Option<Number>, default: f64| {
+        number.get_or_insert(Number::Constant(default));
+    };
+    let period_s = 0.5;
+    spelt(&mut file.period_s, period_s);
+    let whole_file_s = traffic.map(|traffic| traffic.end_us.saturating_sub(traffic.begin_us) as f64 / 1e6);
+    spelt(&mut file.duration_s, whole_file_s.unwrap_or(100.0));
+    spelt(&mut file.settle_s, 30.0);
+    // Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
+    let model = file
+        .targets
+        .as_ref()
+        .map_or((0.3, 0.75), |targets| (value(&targets.correlation_rate_1_s), value(&targets.acceleration_sd_m_s2)));
+    spelt(&mut file.filter.correlation_rate_1_s, model.0);
+    spelt(&mut file.filter.acceleration_sd_m_s2, model.1);
+    let or_table_1 = |noise: f64, table_1: f64| if noise > 0.0 { noise } else { table_1 };
+    spelt(&mut file.filter.range_sd_m, or_table_1(value(&file.sensor.range_sd_m), 10.0));
+    spelt(&mut file.filter.bearing_sd_deg, or_table_1(value(&file.sensor.bearing_sd_deg), 3.0));
+    if file.uavs.count.is_none() {
+        file.uavs.count = Some(file.uavs.at.len().max(1) as u32);
+    }
+}
+
+/// The random targets' first states, spelt out in the file as `[[targets.at]]`.
+fn random_targets(file: &mut ScenarioFile, draws: Draws) -> Targets {
+    let targets = file.targets.get_or_insert_default();
+    let model = TargetParams {
+        correlation_rate_1_s: value(&targets.correlation_rate_1_s),
+        acceleration_sd_m_s2: value(&targets.acceleration_sd_m_s2),
+    };
+    if let Some(scatter) = targets.scatter.take() {
+        for index in 0..u64::from(scatter.count) {
+            let draw = |key: &str, number: Number| {
+                Number::Constant(number.draw(&mut draws.at(Stream::Scenario, hash(key), index + 1)))
+            };
+            let mut acceleration = draws.at(Stream::TargetMotion, index, 0).normals();
+            acceleration = acceleration.map(|normal| normal * model.acceleration_sd_m_s2);
+            targets.at.push(TargetAt {
+                x_m: draw("targets.scatter.x_m", scatter.x_m),
+                y_m: draw("targets.scatter.y_m", scatter.y_m),
+                vx_m_s: draw("targets.scatter.vx_m_s", scatter.vx_m_s),
+                vy_m_s: draw("targets.scatter.vy_m_s", scatter.vy_m_s),
+                ax_m_s2: acceleration[0].into(),
+                ay_m_s2: acceleration[1].into(),
+            });
+        }
+    }
+    let start = targets.at.iter().map(|at| {
+        let position = Position::from_m(value(&at.x_m), value(&at.y_m));
+        let velocity = Velocity::from_m_s(value(&at.vx_m_s), value(&at.vy_m_s));
+        TargetState::new(position, velocity, [value(&at.ax_m_s2), value(&at.ay_m_s2)])
+    });
+    Targets::Random { model, start: start.collect() }
+}
+
+fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
+    let modulus = team.uav.heading_loop_modulus(team.guidance.heading_gain_1_s, period);
+    let mut warnings = Vec::new();
+    if modulus > 1.0 - 1e-6 {
+        let euler = match team.uav.integrator {
+            Integrator::Euler => " (Euler needs guidance.heading_gain_1_s * period_s below 1)",
+            Integrator::Exact => "",
+        };
+        warnings.push(format!(
+            "the heading loop is not stable at this period: its largest eigenvalue has modulus {modulus:.3}, \
+             it must be below 1{euler}"
+        ));
+    }
+    warnings
+}
+
+/// The file with every value spelt out. Paths stay behind: a record says what was flown, not where.
+fn resolved_text(typed: &Typed) -> Result<String, ScenarioError> {
+    let mut file = typed.file.clone();
+    if let Some(traffic) = &mut file.traffic {
+        let name = std::path::Path::new(&traffic.file).file_name();
+        traffic.file = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    }
+    toml::to_string(&file).map_err(|error| ScenarioError::one(&typed.label, None, error.to_string()))
+}
+
+/// A stable hash of a key (FNV-1a).
+fn hash(key: &str) -> u64 {
+    key.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}

@@ -1,0 +1,104 @@
+//! From a scenario's tables to the library's parameters: one line per value.
+
+use standoff::{
+    Feedforward, GroupParams, GuidanceParams, Integrator, Margin, OnMembershipChange, Sense, SensorParams,
+    StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
+};
+
+use super::file::{self, ScenarioFile};
+use super::number::{of, value};
+
+/// The team that a scenario describes, angles in radians; ranges are the library's to check.
+pub(super) fn team(file: &ScenarioFile) -> TeamParams {
+    let (uavs, sensor, filter, orbit, guidance) = (&file.uavs, &file.sensor, &file.filter, &file.orbit, &file.guidance);
+    let field_of_view_rad = value(&sensor.field_of_view_deg).to_radians();
+    TeamParams {
+        uav: UavParams {
+            speed_m_s: value(&uavs.speed_m_s),
+            speed_change_max_m_s: value(&uavs.speed_change_max_m_s),
+            turn_rate_max_rad_s: value(&uavs.turn_rate_max_rad_s),
+            speed_lag_s: value(&uavs.speed_lag_s),
+            turn_rate_lag_s: value(&uavs.turn_rate_lag_s),
+            integrator: match uavs.integrator {
+                file::Integrator::Exact => Integrator::Exact,
+                file::Integrator::Euler => Integrator::Euler,
+            },
+        },
+        track: TrackParams {
+            target: TargetParams {
+                correlation_rate_1_s: of(&filter.correlation_rate_1_s),
+                acceleration_sd_m_s2: of(&filter.acceleration_sd_m_s2),
+            },
+            sensor: SensorParams {
+                range_sd_m: of(&filter.range_sd_m),
+                bearing_sd_rad: of(&filter.bearing_sd_deg).to_radians(),
+                field_of_view_rad,
+                sensing_range_m: value(&sensor.sensing_range_m),
+            },
+            lost_position_sd_m: value(&filter.lost_position_sd_m),
+            lost_in_view_s: value(&filter.lost_in_view_s),
+            start_velocity_sd_m_s: value(&filter.start_velocity_sd_m_s),
+        },
+        group: GroupParams {
+            standoff: StandoffParams {
+                field_of_view_rad,
+                field_of_view_margin_rad: value(&orbit.field_of_view_margin_deg).to_radians(),
+                radius_min_m: value(&orbit.radius_min_m),
+                radius_max_m: value(&orbit.radius_max_m),
+            },
+            margin: match orbit.margin {
+                file::Margin::Mahalanobis => Margin::Mahalanobis,
+                file::Margin::StandardDeviations => Margin::StandardDeviations(value(&orbit.margin_sds)),
+            },
+            on_membership_change: match orbit.on_membership_change {
+                file::OnMembershipChange::Shift => OnMembershipChange::Shift,
+                file::OnMembershipChange::Filter => OnMembershipChange::Filter,
+            },
+            take_back_fraction: value(&orbit.take_back_fraction),
+        },
+        guidance: GuidanceParams {
+            sense: match guidance.sense {
+                file::Sense::Anticlockwise => Sense::Anticlockwise,
+                file::Sense::Clockwise => Sense::Clockwise,
+            },
+            radial_gain: value(&guidance.radial_gain),
+            lead_s: value(&guidance.lead_s),
+            heading_gain_1_s: value(&guidance.heading_gain_1_s),
+            feedforward: match guidance.feedforward {
+                file::Feedforward::Flown => Feedforward::Flown,
+                file::Feedforward::Exact => Feedforward::Exact,
+                file::Feedforward::Printed => Feedforward::Printed,
+            },
+            spacing_gain_1_s: value(&guidance.spacing_gain_1_s),
+            separation_rad: value(&guidance.separation_deg).to_radians(),
+        },
+    }
+}
+
+/// Where a parameter of the library is typed; angles are typed in degrees.
+pub(super) const KEYS: &[(&str, &str)] = &[
+    ("speed_m_s", "uavs.speed_m_s"),
+    ("speed_change_max_m_s", "uavs.speed_change_max_m_s"),
+    ("turn_rate_max_rad_s", "uavs.turn_rate_max_rad_s"),
+    ("speed_lag_s", "uavs.speed_lag_s"),
+    ("turn_rate_lag_s", "uavs.turn_rate_lag_s"),
+    ("correlation_rate_1_s", "filter.correlation_rate_1_s"),
+    ("acceleration_sd_m_s2", "filter.acceleration_sd_m_s2"),
+    ("range_sd_m", "filter.range_sd_m"),
+    ("bearing_sd_rad", "filter.bearing_sd_deg"),
+    ("field_of_view_rad", "sensor.field_of_view_deg"),
+    ("sensing_range_m", "sensor.sensing_range_m"),
+    ("lost_position_sd_m", "filter.lost_position_sd_m"),
+    ("lost_in_view_s", "filter.lost_in_view_s"),
+    ("start_velocity_sd_m_s", "filter.start_velocity_sd_m_s"),
+    ("field_of_view_margin_rad", "orbit.field_of_view_margin_deg"),
+    ("radius_min_m", "orbit.radius_min_m"),
+    ("radius_max_m", "orbit.radius_max_m"),
+    ("margin_sds", "orbit.margin_sds"),
+    ("take_back_fraction", "orbit.take_back_fraction"),
+    ("radial_gain", "guidance.radial_gain"),
+    ("lead_s", "guidance.lead_s"),
+    ("heading_gain_1_s", "guidance.heading_gain_1_s"),
+    ("spacing_gain_1_s", "guidance.spacing_gain_1_s"),
+    ("separation_rad", "guidance.separation_deg"),
+];
