@@ -1,0 +1,15 @@
+//! Simulator of standoff tracking: a scenario goes in, a record comes out; scores are computed from the record alone.
+//!
+//! ```text
+//! scenario -> mission (world, sensors, perfect radio, agents) -> frames -> record -> score
+//! ```
+
+pub mod draws;
+pub mod record;
+mod rows;
+pub mod run;
+pub mod scenario;
+pub mod score;
+pub mod sensors;
+pub mod traffic;
+pub mod world;

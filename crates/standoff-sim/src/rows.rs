@@ -1,0 +1,114 @@
+//! From the agents' types to the record's rows.
+
+use standoff::{Angle, Detection, Event, Known, Picture, Step, Time, TrackStatus as Status, UavState};
+
+use crate::record::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::world::Truth;
+
+/// A frame that holds the truth of an instant and nothing else yet.
+pub(crate) fn frame(now: Time, truth: &[Truth]) -> Frame {
+    let truth = truth.iter().map(|target| {
+        let (position, velocity) = (target.state.position(), target.state.velocity());
+        let [ax, ay] = target.state.acceleration_m_s2();
+        TruthRow {
+            target: target.target.0,
+            x_m: position.x_m(),
+            y_m: position.y_m(),
+            vx_m_s: velocity.x_m_s(),
+            vy_m_s: velocity.y_m_s(),
+            ax_m_s2: target.knows_acceleration.then_some(ax),
+            ay_m_s2: target.knows_acceleration.then_some(ay),
+        }
+    });
+    Frame { time_us: now.us(), truth: truth.collect(), ..Frame::default() }
+}
+
+pub(crate) fn uav(uav: u32, state: &UavState, boresight: Option<Angle>, step: &Step) -> UavRow {
+    let steering = step.diagnostics.steering.as_ref();
+    UavRow {
+        uav,
+        group: step.diagnostics.group.map(|group| group.0),
+        x_m: state.position.x_m(),
+        y_m: state.position.y_m(),
+        heading_rad: state.heading.rad(),
+        speed_m_s: state.speed_m_s,
+        turn_rate_rad_s: state.turn_rate_rad_s,
+        boresight_rad: boresight.map(Angle::rad),
+        speed_command_m_s: step.command.command.speed_m_s,
+        turn_rate_command_rad_s: step.command.command.turn_rate_rad_s,
+        speed_limited: step.command.speed_limited,
+        turn_rate_limited: step.command.turn_rate_limited,
+        centre_distance_m: steering.map(|steering| steering.centre_distance_m),
+        phase_rad: steering.map(|steering| steering.phase.rad()),
+        steered_distance_m: steering.map(|steering| steering.steered_distance_m),
+        desired_heading_rad: steering.map(|steering| steering.desired_heading.rad()),
+        feedforward_rad_s: steering.map(|steering| steering.feedforward_rad_s),
+        convergence_threshold_m2_s: steering.map(|steering| steering.convergence_threshold_m2_s),
+        centre_too_fast: steering.is_some_and(|steering| steering.centre_too_fast),
+    }
+}
+
+pub(crate) fn detection(uav: u32, detection: &Detection) -> DetectionRow {
+    DetectionRow {
+        uav,
+        target: detection.target.0,
+        range_m: detection.measurement.range_m,
+        bearing_rad: detection.measurement.bearing.rad(),
+    }
+}
+
+pub(crate) fn event(event: &Event) -> EventRow {
+    EventRow {
+        kind: event.kind.name().to_owned(),
+        target: event.target.map(|target| target.0),
+        group: event.group.map(|group| group.0),
+        uavs: Vec::new(),
+        reason: event.kind.to_string(),
+    }
+}
+
+/// Adds what an agent believes and intends.
+pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
+    frame.tracks.extend(picture.known.iter().filter_map(track));
+    frame.groups.extend(picture.groups.iter().map(|group| {
+        let centre = group.centre.estimate().state;
+        GroupRow {
+            group: group.id.0,
+            members: group.members,
+            x_m: centre.position().x_m(),
+            y_m: centre.position().y_m(),
+            vx_m_s: centre.velocity().x_m_s(),
+            vy_m_s: centre.velocity().y_m_s(),
+            spread_m: group.spread.distance_m,
+            margin_m: group.margin_m,
+            standoff_unclamped_m: group.standoff.unclamped_m,
+            standoff_distance_m: group.standoff.distance_m,
+            standoff_rate_m_s: group.standoff.rate_m_s,
+            turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
+            feasible: group.feasible,
+        }
+    }));
+}
+
+fn track(known: &Known) -> Option<TrackRow> {
+    let status = match known.track.status {
+        Status::Cued => TrackStatus::Cued,
+        Status::Held => TrackStatus::Held,
+        Status::Coasting => TrackStatus::Coasting,
+        Status::Lost(_) => return None,
+    };
+    let estimate = known.track.estimate();
+    let upper = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+    let mut covariance = [0.0; 21];
+    for (place, (row, column)) in covariance.iter_mut().zip(upper) {
+        *place = estimate.covariance[(row, column)];
+    }
+    let state = estimate.state.0.into();
+    Some(TrackRow {
+        target: known.track.target.0,
+        status,
+        group: known.group().map(|group| group.0),
+        state,
+        covariance,
+    })
+}

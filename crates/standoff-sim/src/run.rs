@@ -1,0 +1,141 @@
+//! One mission: world, sensors, radio, agents, commands, tick by tick; what happens goes out as frames.
+//!
+//! ```text
+//! truth -> scans (each along the boresight its agent asked for) -> reports, heard by all -> agents -> commands -> truth
+//! ```
+
+use std::collections::BTreeSet;
+
+use standoff::{Agent, Command, LookAt, Message, ParamError, Scan, TargetId, Time, UavId, UavState};
+
+use crate::draws::Draws;
+use crate::record::Frame;
+use crate::rows;
+use crate::scenario::Scenario;
+use crate::sensors;
+use crate::world::{Truth, World, ticks};
+
+/// A mission in progress.
+pub struct Mission<'a> {
+    scenario: &'a Scenario,
+    world: World<'a>,
+    draws: Draws,
+    uavs: Vec<Uav>,
+    cued: BTreeSet<TargetId>,
+    tick: i64,
+    truth: Vec<Truth>,
+}
+
+/// A UAV in the world, and the agent that flies it.
+struct Uav {
+    state: UavState,
+    agent: Agent,
+    look_at: Option<LookAt>,
+}
+
+impl<'a> Mission<'a> {
+    /// A mission at its start.
+    pub fn new(scenario: &'a Scenario) -> Result<Self, Vec<ParamError>> {
+        let uavs =
+            scenario.uavs.iter().zip(0u32..).map(|(state, id)| {
+                Ok(Uav { state: *state, agent: Agent::new(UavId(id), scenario.team)?, look_at: None })
+            });
+        Ok(Self {
+            scenario,
+            world: World::new(scenario),
+            draws: Draws::new(scenario.seed),
+            uavs: uavs.collect::<Result<_, Vec<ParamError>>>()?,
+            cued: BTreeSet::new(),
+            tick: 0,
+            truth: Vec::new(),
+        })
+    }
+
+    /// Number of frames of the whole mission.
+    pub fn frames(&self) -> u64 {
+        ticks(self.scenario.duration, self.scenario.period) as u64 + 1
+    }
+
+    /// Plays one instant and moves on to the next; `None` when the mission is over.
+    pub fn frame(&mut self) -> Option<Frame> {
+        if self.tick > ticks(self.scenario.duration, self.scenario.period) {
+            return None;
+        }
+        let now = Time::from_us(self.tick * self.scenario.period.us());
+        self.world.look(now, &mut self.truth);
+        let scans = self.scan();
+        let inbox = self.say(now, &scans);
+        let frame = self.decide(now, &scans, &inbox);
+        self.world.step();
+        self.tick += 1;
+        Some(frame)
+    }
+
+    /// Every sensor looks where its agent asked it to.
+    fn scan(&self) -> Vec<OwnedScan> {
+        let (sensor, noise) = (&self.scenario.team.track.sensor, self.scenario.noise);
+        let scan = |uav: &Uav| {
+            let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, self.scenario.period));
+            let from = (uav.agent.id(), uav.state.position);
+            let detections = boresight.map_or_else(Vec::new, |boresight| {
+                sensors::scan(from, boresight, &self.truth, sensor, noise, self.draws, self.tick as u64)
+            });
+            OwnedScan { boresight, detections }
+        };
+        self.uavs.iter().map(scan).collect()
+    }
+
+    /// What everybody hears at this instant: the radio is perfect.
+    fn say(&mut self, now: Time, scans: &[OwnedScan]) -> Vec<Message> {
+        let mut said = Vec::new();
+        for target in &self.truth {
+            if self.cued.insert(target.target) {
+                said.push(Message::Cue(sensors::cue(target, now, self.scenario.cue, self.draws)));
+            }
+        }
+        for (uav, scan) in self.uavs.iter().zip(scans) {
+            said.push(Message::Report(uav.agent.report(now, &uav.state, scan.borrow())));
+        }
+        said
+    }
+
+    /// Every agent decides, and its UAV flies its command until the next instant.
+    fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) -> Frame {
+        let mut frame = rows::frame(now, &self.truth);
+        for (index, (uav, scan)) in self.uavs.iter_mut().zip(scans).enumerate() {
+            let step = uav.agent.step(now, &uav.state, scan.borrow(), inbox);
+            frame.uavs.push(rows::uav(uav_id(index), &uav.state, scan.boresight, &step));
+            frame.detections.extend(scan.detections.iter().map(|detection| rows::detection(uav_id(index), detection)));
+            if index == 0 {
+                frame.events.extend(step.events.iter().map(rows::event));
+            }
+            uav.look_at = step.look_at;
+            let command: Command = step.command.command;
+            uav.state = self.scenario.team.uav.step(&uav.state, command, self.scenario.period);
+        }
+        // With a perfect radio every agent holds the same picture: the record keeps the first one's.
+        if let Some(first) = self.uavs.first() {
+            rows::picture(first.agent.picture(), &mut frame);
+        }
+        let crew: Vec<u32> = frame.uavs.iter().map(|row| row.uav).collect();
+        for event in frame.events.iter_mut().filter(|event| event.group.is_some()) {
+            event.uavs.clone_from(&crew);
+        }
+        frame
+    }
+}
+
+struct OwnedScan {
+    boresight: Option<standoff::Angle>,
+    detections: Vec<standoff::Detection>,
+}
+
+impl OwnedScan {
+    fn borrow(&self) -> Scan<'_> {
+        Scan { boresight: self.boresight, detections: &self.detections }
+    }
+}
+
+fn uav_id(index: usize) -> u32 {
+    index as u32
+}

@@ -1,0 +1,353 @@
+//! Scores of a run, from its record alone: frame by frame, in bounded memory. `docs/metrics.md` defines each.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{SMatrix, SVector};
+use serde::Serialize;
+use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams};
+
+use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use crate::scenario::Scenario;
+
+/// What a score needs to know of the scenario.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// The orbit's bounds and the field of view with its margin.
+    pub standoff: StandoffParams,
+    /// Field of view and sensing range.
+    pub sensor: SensorParams,
+    /// Separation of a pair, rad.
+    pub separation_rad: f64,
+    /// Time between two frames, s.
+    pub period_s: f64,
+    /// From when on the settled metrics count, s.
+    pub settle_s: f64,
+}
+
+impl Rules {
+    /// The rules of a scenario.
+    pub fn of(scenario: &Scenario) -> Self {
+        Self {
+            standoff: scenario.team.group.standoff,
+            sensor: scenario.team.track.sensor,
+            separation_rad: scenario.team.guidance.separation_rad,
+            period_s: scenario.period.s(),
+            settle_s: scenario.settle.s(),
+        }
+    }
+}
+
+/// The scores of a run; `None` where there was nothing to measure (the phase of a single UAV, say).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "docs/metrics.md defines each; a test holds the page to this list")]
+pub struct Metrics {
+    pub position_error_m: Option<f64>,
+    pub velocity_error_m_s: Option<f64>,
+    pub position_error_all_m: Option<f64>,
+    pub standoff_error_m: Option<f64>,
+    pub standoff_tracking_error_m: Option<f64>,
+    pub standoff_error_m_settled: Option<f64>,
+    pub standoff_tracking_error_m_settled: Option<f64>,
+    pub phase_error_deg: Option<f64>,
+    pub line_of_sight_deg: Option<f64>,
+    pub line_of_sight_max_deg: Option<f64>,
+    pub out_of_view_fraction: Option<f64>,
+    pub out_of_view_longest_s: f64,
+    pub uncovered_fraction: Option<f64>,
+    pub infeasible_fraction: Option<f64>,
+    pub turn_rate_saturated_fraction: Option<f64>,
+    pub separation_min_m: Option<f64>,
+    pub handoffs: u64,
+    pub discards: u64,
+    pub anees: Option<f64>,
+}
+
+/// Scores a run as its frames come.
+#[derive(Debug, Clone)]
+pub struct Scorer {
+    rules: Rules,
+    position: Mean,
+    velocity: Mean,
+    position_all: Mean,
+    standoff: Mean,
+    tracking: Mean,
+    standoff_settled: Mean,
+    tracking_settled: Mean,
+    phase_deg: Mean,
+    line_of_sight_deg: Mean,
+    line_of_sight_max_deg: Option<f64>,
+    out_of_view: Mean,
+    /// Frames in a row for which a target has been out of view.
+    streaks: BTreeMap<u32, u64>,
+    longest_streak: u64,
+    uncovered: Mean,
+    infeasible: Mean,
+    saturated: Mean,
+    separation_min_m: Option<f64>,
+    handoffs: u64,
+    discards: u64,
+    nees: Mean,
+}
+
+impl Scorer {
+    /// A scorer that has seen nothing yet.
+    pub fn new(rules: Rules) -> Self {
+        Self {
+            rules,
+            position: Mean::default(),
+            velocity: Mean::default(),
+            position_all: Mean::default(),
+            standoff: Mean::default(),
+            tracking: Mean::default(),
+            standoff_settled: Mean::default(),
+            tracking_settled: Mean::default(),
+            phase_deg: Mean::default(),
+            line_of_sight_deg: Mean::default(),
+            line_of_sight_max_deg: None,
+            out_of_view: Mean::default(),
+            streaks: BTreeMap::new(),
+            longest_streak: 0,
+            uncovered: Mean::default(),
+            infeasible: Mean::default(),
+            saturated: Mean::default(),
+            separation_min_m: None,
+            handoffs: 0,
+            discards: 0,
+            nees: Mean::default(),
+        }
+    }
+
+    /// Takes in the next frame.
+    pub fn frame(&mut self, frame: &Frame) {
+        self.tracks(frame);
+        for group in &frame.groups {
+            self.orbit(frame, group);
+        }
+        self.views(frame);
+        for uav in &frame.uavs {
+            let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
+            self.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
+            self.saturated.add(f64::from(uav.turn_rate_limited));
+        }
+        for truth in &frame.truth {
+            let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
+            self.uncovered.add(f64::from(!covered));
+        }
+        let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
+        self.handoffs += count("handoff-completed");
+        self.discards += count("discarded");
+    }
+
+    /// The scores so far.
+    pub fn metrics(&self) -> Metrics {
+        Metrics {
+            position_error_m: self.position.value(),
+            velocity_error_m_s: self.velocity.value(),
+            position_error_all_m: self.position_all.value(),
+            standoff_error_m: self.standoff.value(),
+            standoff_tracking_error_m: self.tracking.value(),
+            standoff_error_m_settled: self.standoff_settled.value(),
+            standoff_tracking_error_m_settled: self.tracking_settled.value(),
+            phase_error_deg: self.phase_deg.value(),
+            line_of_sight_deg: self.line_of_sight_deg.value(),
+            line_of_sight_max_deg: self.line_of_sight_max_deg,
+            out_of_view_fraction: self.out_of_view.value(),
+            out_of_view_longest_s: self.longest_streak as f64 * self.rules.period_s,
+            uncovered_fraction: self.uncovered.value(),
+            infeasible_fraction: self.infeasible.value(),
+            turn_rate_saturated_fraction: self.saturated.value(),
+            separation_min_m: self.separation_min_m,
+            handoffs: self.handoffs,
+            discards: self.discards,
+            anees: self.nees.value(),
+        }
+    }
+
+    fn tracks(&mut self, frame: &Frame) {
+        for track in &frame.tracks {
+            let Some(truth) = truth_of(frame, track.target) else { continue };
+            let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
+            let position_error_m = Position::from_m(x_m, y_m).distance_m(position(truth));
+            self.position_all.add(position_error_m);
+            if track.group.is_some() {
+                self.position.add(position_error_m);
+                self.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
+                if let Some(nees) = nees_per_state(track, truth) {
+                    self.nees.add(nees);
+                }
+            }
+        }
+    }
+
+    /// Radii, phases and distances of the UAVs on one orbit.
+    fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
+        let settled = frame.time_us as f64 / 1e6 >= self.rules.settle_s;
+        let crew: Vec<&UavRow> = frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).collect();
+        for uav in &crew {
+            let centre = Position::from_m(group.x_m, group.y_m);
+            let error_m = (at(uav).distance_m(centre) - group.standoff_distance_m).abs();
+            self.tracking.add(error_m);
+            if settled {
+                self.tracking_settled.add(error_m);
+            }
+        }
+        for (index, uav) in crew.iter().enumerate() {
+            for other in &crew[index + 1..] {
+                let distance_m = at(uav).distance_m(at(other));
+                self.separation_min_m = Some(self.separation_min_m.map_or(distance_m, |least| least.min(distance_m)));
+            }
+        }
+
+        let members: Vec<Position> = members(frame, group.group).map(position).collect();
+        let Some(centroid) = centroid(&members) else { return };
+        let distances_m = members.iter().map(|member| member.distance_m(centroid));
+        let spread = Spread { distance_m: distances_m.fold(0.0, f64::max), rate_m_s: 0.0 };
+        let standoff_m = self.rules.standoff.distance(spread, 0.0).distance_m;
+        for uav in &crew {
+            let error_m = (at(uav).distance_m(centroid) - standoff_m).abs();
+            self.standoff.add(error_m);
+            if settled {
+                self.standoff_settled.add(error_m);
+            }
+        }
+        let phases: Vec<Angle> = crew.iter().map(|uav| (at(uav) - centroid).direction()).collect();
+        if let Some(error_deg) = phase_error_deg(&phases, self.rules.separation_rad) {
+            self.phase_deg.add(error_deg);
+        }
+    }
+
+    /// What the sensors had in view. Before they were first pointed there is no view to judge.
+    fn views(&mut self, frame: &Frame) {
+        for uav in &frame.uavs {
+            let (Some(boresight), Some(group)) = (uav.boresight_rad, uav.group) else { continue };
+            let boresight = Angle::from_rad(boresight);
+            let off_deg =
+                |member: &TruthRow| ((position(member) - at(uav)).direction() - boresight).abs_rad().to_degrees();
+            let Some(largest_deg) = members(frame, group).map(off_deg).reduce(f64::max) else { continue };
+            self.line_of_sight_deg.add(largest_deg);
+            self.line_of_sight_max_deg =
+                Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+        }
+        let looking: Vec<_> =
+            frame.uavs.iter().filter_map(|uav| Some((at(uav), Angle::from_rad(uav.boresight_rad?)))).collect();
+        if looking.is_empty() {
+            return;
+        }
+        let mut streaks = BTreeMap::new();
+        for truth in &frame.truth {
+            if track_of(frame, truth.target).is_none_or(|track| track.group.is_none()) {
+                continue;
+            }
+            let seen =
+                looking.iter().any(|(uav, boresight)| self.rules.sensor.in_view(*uav, *boresight, position(truth)));
+            self.out_of_view.add(f64::from(!seen));
+            if !seen {
+                let streak = self.streaks.get(&truth.target).copied().unwrap_or(0) + 1;
+                streaks.insert(truth.target, streak);
+                self.longest_streak = self.longest_streak.max(streak);
+            }
+        }
+        self.streaks = streaks;
+    }
+}
+
+/// Distance of the UAVs' phases from where they should be, degrees: a pair at the wanted separation either way round,
+/// more than two evenly spaced (averaged over the gaps). `None` for fewer than two.
+fn phase_error_deg(phases: &[Angle], separation_rad: f64) -> Option<f64> {
+    match phases {
+        [] | [_] => None,
+        [a, b] => Some(((*b - *a).abs_rad() - separation_rad).abs().to_degrees()),
+        _ => {
+            let mut around: Vec<f64> = phases.iter().map(|phase| phase.deg()).collect();
+            around.sort_by(f64::total_cmp);
+            let n = around.len();
+            let even_deg = 360.0 / n as f64;
+            let gap_deg = |index: usize| {
+                let wrap_deg = if index + 1 == n { 360.0 } else { 0.0 };
+                around[(index + 1) % n] + wrap_deg - around[index]
+            };
+            Some((0..n).map(|index| (gap_deg(index) - even_deg).abs()).sum::<f64>() / n as f64)
+        }
+    }
+}
+
+/// Normalised estimation error squared over the size of the state: all six states where the truth knows the
+/// acceleration, else position and velocity.
+fn nees_per_state(track: &TrackRow, truth: &TruthRow) -> Option<f64> {
+    let covariance = covariance(track);
+    let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
+    let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
+    if let (Some(true_ax), Some(true_ay)) = (truth.ax_m_s2, truth.ay_m_s2) {
+        let [x, vx, y, vy] = error;
+        return normalised(&SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), &covariance);
+    }
+    const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
+    let part = SMatrix::from_fn(|row, column| covariance[(POSITION_AND_VELOCITY[row], POSITION_AND_VELOCITY[column])]);
+    normalised(&SVector::from(error), &part)
+}
+
+fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64, N, N>) -> Option<f64> {
+    let cholesky = nalgebra::Cholesky::new(*covariance)?;
+    Some(error.dot(&cholesky.solve(error)) / N as f64)
+}
+
+fn covariance(track: &TrackRow) -> SMatrix<f64, 6, 6> {
+    let mut upper = track.covariance.iter();
+    let mut full = SMatrix::zeros();
+    for row in 0..6 {
+        for column in row..6 {
+            let value = upper.next().copied().unwrap_or_default();
+            full[(row, column)] = value;
+            full[(column, row)] = value;
+        }
+    }
+    full
+}
+
+fn at(uav: &UavRow) -> Position {
+    Position::from_m(uav.x_m, uav.y_m)
+}
+
+fn position(truth: &TruthRow) -> Position {
+    Position::from_m(truth.x_m, truth.y_m)
+}
+
+fn centroid(positions: &[Position]) -> Option<Position> {
+    let n = positions.len() as f64;
+    let sum = positions.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
+    (!positions.is_empty()).then(|| Position::from_m(sum.0 / n, sum.1 / n))
+}
+
+/// The true states of a group's members that exist.
+fn members(frame: &Frame, group: u32) -> impl Iterator<Item = &TruthRow> {
+    let of_group = frame.tracks.iter().filter(move |track| track.group == Some(group));
+    of_group.filter_map(|track| truth_of(frame, track.target))
+}
+
+fn truth_of(frame: &Frame, target: u32) -> Option<&TruthRow> {
+    let index = frame.truth.binary_search_by_key(&target, |truth| truth.target).ok()?;
+    Some(&frame.truth[index])
+}
+
+fn track_of(frame: &Frame, target: u32) -> Option<&TrackRow> {
+    let index = frame.tracks.binary_search_by_key(&target, |track| track.target).ok()?;
+    Some(&frame.tracks[index])
+}
+
+/// A running mean.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mean {
+    sum: f64,
+    n: u64,
+}
+
+impl Mean {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.n += 1;
+    }
+
+    fn value(&self) -> Option<f64> {
+        (self.n > 0).then(|| self.sum / self.n as f64)
+    }
+}

@@ -1,0 +1,48 @@
+//! What the UAVs' sensors say: the detections of targets in view, with noise; and the cues of targets that appear.
+
+use standoff::sensor::measure;
+use standoff::{Angle, Cue, Detection, Position, SensorParams, Time, UavId, Velocity};
+
+use crate::draws::{Draws, Stream};
+use crate::scenario::{CueError, Noise};
+use crate::world::Truth;
+
+/// One scan: every target in view of a sensor at `uav` that points along `boresight`.
+pub fn scan(
+    uav: (UavId, Position),
+    boresight: Angle,
+    truth: &[Truth],
+    sensor: &SensorParams,
+    noise: Noise,
+    draws: Draws,
+    tick: u64,
+) -> Vec<Detection> {
+    let (id, from) = uav;
+    let in_view = truth.iter().filter(|target| sensor.in_view(from, boresight, target.state.position()));
+    let detections = in_view.filter_map(|target| {
+        let mut measurement = measure(from, target.state.position());
+        // A key of UAV and target, so that neither a further UAV nor a further target changes this noise.
+        let object = (u64::from(id.0) << 32) | u64::from(target.target.0);
+        let [range, bearing] = draws.at(Stream::Measurement, object, tick).normals();
+        measurement.range_m += noise.range_sd_m * range;
+        measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
+        (measurement.range_m > 0.0).then_some(Detection { target: target.target, measurement })
+    });
+    detections.collect()
+}
+
+/// The cue of a target that has just appeared.
+pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
+    let mut draw = draws.at(Stream::Cue, u64::from(target.target.0), 0);
+    let [x, y] = draw.normals().map(|normal| normal * error.position_sd_m);
+    let [vx, vy] = draw.normals().map(|normal| normal * error.velocity_sd_m_s);
+    let (position, velocity) = (target.state.position(), target.state.velocity());
+    Cue {
+        target: target.target,
+        time: now,
+        position: Position::from_m(position.x_m() + x, position.y_m() + y),
+        velocity: Velocity::from_m_s(velocity.x_m_s() + vx, velocity.y_m_s() + vy),
+        position_sd_m: error.position_sd_m,
+        velocity_sd_m_s: error.velocity_sd_m_s,
+    }
+}
