@@ -1,0 +1,30 @@
+//! Chores of the repository: `cargo xtask ledger` writes docs/ledger.md, `cargo xtask ledger --check` checks it.
+
+mod ledger;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask ledger [--check]";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    // Not the current directory: the alias works in every folder of the workspace.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let outcome = match arguments.as_slice() {
+        ["ledger"] => ledger::write(&root),
+        ["ledger", "--check"] => ledger::check(&root),
+        _ => Err(USAGE.to_string()),
+    };
+    match outcome {
+        Ok(message) => {
+            println!("{message}");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
