@@ -261,7 +261,7 @@ mod tests {
         }
     }
 
-    /// Checks the exact Q against the limit of small alpha T: white jerk's [T^5/20 T^4/8 T^3/6; . T^3/3 T^2/2; . . T].
+    /// Checks the exact Q of Eq. (5) against the limit of small alpha T: white jerk's [T^5/20 T^4/8 T^3/6; . T^3/3 T^2/2; . . T].
     #[test]
     fn for_short_steps_q_is_that_of_white_jerk() {
         let (alpha, t) = (1e-9, 0.5f64);
@@ -274,7 +274,7 @@ mod tests {
         }
     }
 
-    /// Checks the exact Q: the series and the closed form meet where they change over.
+    /// Checks the exact Q of Eq. (5): the series and the closed form meet where they change over.
     #[test]
     fn series_and_closed_form_agree() {
         let below = noise_integral(0.999_999_999, 1.0);

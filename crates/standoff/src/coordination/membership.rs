@@ -122,3 +122,79 @@ impl Need {
         Some(Self { members: centroid.members, furthest, radius_m })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Cue;
+    use crate::target::TargetId;
+    use crate::time::Time;
+    use crate::{Position, TeamParams, Velocity};
+
+    const GROUP: GroupId = GroupId(0);
+
+    fn known(id: u32, x_m: f64) -> Known {
+        let cue = Cue {
+            target: TargetId(id),
+            time: Time::START,
+            position: Position::from_m(x_m, 0.0),
+            velocity: Velocity::ZERO,
+            position_sd_m: 1.0,
+            velocity_sd_m_s: 1.0,
+        };
+        Known::free(Track::from_cue(&cue, &TeamParams::table_1().track, Time::START).unwrap())
+    }
+
+    fn moved(known: &Known, x_m: f64) -> Known {
+        Known { track: self::known(known.track.target.0, x_m).track, ..*known }
+    }
+
+    /// Settles, and gives the members' ids and the kinds of events.
+    fn settled(targets: &mut [Known]) -> (Vec<u32>, Vec<&'static str>) {
+        let mut events = Vec::new();
+        settle(targets, GROUP, &TeamParams::table_1().group, &mut events);
+        let members = targets.iter().filter(|target| target.group().is_some());
+        (members.map(|target| target.track.target.0).collect(), events.iter().map(|event| event.kind.name()).collect())
+    }
+
+    /// Checks section IV.B.2, range rule: with Table I an orbit of 700 m holds a spread of 350 m, margin included; the
+    /// furthest goes until the rest fits.
+    #[test]
+    fn the_furthest_is_discarded_until_the_orbit_fits() {
+        let mut targets = [known(0, 0.0), known(1, 100.0), known(2, 200.0), known(3, 2000.0), known(4, 900.0)];
+        assert_eq!(settled(&mut targets), (vec![0, 1, 2], vec!["discarded", "discarded"]));
+        let mut fits = [known(0, 0.0), known(1, 690.0)];
+        assert_eq!(settled(&mut fits).0, [0, 1]);
+        let mut too_wide = [known(0, 0.0), known(1, 710.0)];
+        assert_eq!(settled(&mut too_wide).0.len(), 1);
+    }
+
+    /// Checks section IV.B.2, range rule, beyond the paper: a discarded target comes back when there is room to spare,
+    /// not as soon as it barely fits.
+    #[test]
+    fn a_discarded_target_is_taken_back_with_room_to_spare() {
+        let mut targets = [known(0, 0.0), known(1, 100.0), known(2, 1200.0)];
+        assert_eq!(settled(&mut targets), (vec![0, 1], vec!["discarded"]));
+        // At 570 m the three need an orbit of some 695 m, more than 0.9 of 700 m; at 510 m, some 620 m.
+        let barely = targets[2];
+        targets[2] = moved(&barely, 570.0);
+        assert_eq!(settled(&mut targets), (vec![0, 1], vec![]));
+        targets[2] = moved(&barely, 510.0);
+        assert_eq!(settled(&mut targets), (vec![0, 1, 2], vec!["taken-back"]));
+    }
+
+    #[test]
+    fn a_newcomer_joins_if_it_fits_and_stays_outside_if_not() {
+        let mut targets = [known(0, 0.0), known(1, 100.0)];
+        settled(&mut targets);
+        let mut targets = [targets[0], targets[1], known(2, 300.0), known(3, 3000.0)];
+        assert_eq!(settled(&mut targets), (vec![0, 1, 2], vec!["joined"]));
+    }
+
+    #[test]
+    fn no_targets_and_coinciding_targets_are_no_trouble() {
+        assert_eq!(settled(&mut []), (vec![], vec![]));
+        let mut targets = [known(0, 5.0), known(1, 5.0), known(2, 5.0)];
+        assert_eq!(settled(&mut targets).0, [0, 1, 2]);
+    }
+}

@@ -56,7 +56,7 @@ impl GroupCentre {
 
     /// Predicts and takes in the centroid of one instant. `None` if the numbers do not allow it.
     ///
-    /// The innovation's distance is Eq. (16) as printed: weighted with the predicted position covariance alone.
+    /// Implements section II.C. The innovation's distance is Eq. (16) as printed: weighted with the predicted position covariance alone.
     #[must_use]
     pub fn advance(&self, transition: &Transition, centroid: &Centroid) -> Option<Self> {
         let predicted = self.filter.predict(transition)?;
@@ -104,6 +104,7 @@ mod tests {
         }
     }
 
+    /// Checks section II.C, the measurement of the centre and its covariance.
     #[test]
     fn the_centroid_is_the_average_and_its_covariance_shrinks_with_n_squared() {
         let members = [member(0.0, 0.0, 16.0), member(8.0, 0.0, 16.0), member(4.0, 6.0, 4.0), member(0.0, 2.0, 4.0)];
@@ -151,6 +152,7 @@ mod tests {
         assert!(mahalanobis_squared(one_sd, Position::ORIGIN, &predicted) > 4.0);
     }
 
+    /// Checks section II.C, the filter.
     #[test]
     fn the_centre_follows_a_steady_centroid() {
         let transition =

@@ -215,7 +215,7 @@ mod tests {
         assert!((at(Feedforward::Exact, 300.0) - at(Feedforward::Printed, 300.0)).abs() < 1e-12);
     }
 
-    /// Checks the flown feedforward: the derivative of psi_d along the flown velocity with k_l, a lead, a moving
+    /// Checks Eq. (25) in its flown form: the derivative of psi_d along the flown velocity with k_l, a lead, a moving
     /// centre, a changing radius and both senses, by central differences.
     #[test]
     fn the_flown_feedforward_is_the_derivative_of_the_desired_heading() {

@@ -101,7 +101,8 @@ pub fn turn_limit_m(speed_m_s: f64, rate_m_s: f64, turn_rate_max_rad_s: f64) -> 
 
 /// Smallest radius of a true circle about a centre that moves, m; infinite for a centre as fast as the UAV.
 ///
-/// Mends Eq. (27): where UAV and centre move alike, the UAV must turn at (v + v_t)^2 / (v r_d).
+/// Implements Eq. (27), mended: where UAV and centre move in opposite directions, the UAV must turn at
+/// `(v + v_t)^2 / (v r_d)`.
 pub fn moving_centre_limit_m(speed_m_s: f64, centre_speed_m_s: f64, turn_rate_max_rad_s: f64) -> f64 {
     if centre_speed_m_s >= speed_m_s {
         return f64::INFINITY;

@@ -86,8 +86,8 @@ impl VectorField {
 
     /// Rate at which the field's direction turns for a UAV that flies along it, rad/s.
     ///
-    /// `speed_m_s` is relative to the centre; `radius_rate_m_s` is the rate of `radius_m`. With k_l = 1 it is
-    /// `4 v r_d^3 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)`: Eq. (25) made exact.
+    /// `speed_m_s` is relative to the centre; `radius_rate_m_s` is the rate of `radius_m`. Implements Eq. (25) made
+    /// exact: with k_l = 1 it is `4 v r_d^3 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)`.
     pub fn turn_rate_rad_s(&self, r_m: f64, speed_m_s: f64, radius_rate_m_s: f64) -> f64 {
         let (r, r_d, k, sign) = (r_m, self.radius_m, self.radial_gain, self.sense.sign());
         let (radial, tangential) = self.components(r);
@@ -112,14 +112,14 @@ pub fn lyapunov_m4(r_m: f64, radius_m: f64) -> f64 {
 
 /// Rate of the Lyapunov function, m4/s: `4 (r^2 - r_d^2)(r r' - r_d r_d')`.
 ///
-/// Implements Eq. (18), first line; with (14) or (20) put in for r', the second line as (21) has it.
+/// Implements Eq. (18), first line; with `(14)` or `(20)` put in for r', the second line as (21) has it.
 pub fn lyapunov_rate_m4_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_m_s: f64) -> f64 {
     4.0 * (r_m * r_m - radius_m * radius_m) * (r_m * r_rate_m_s - radius_m * radius_rate_m_s)
 }
 
 /// Threshold of Lemma 3.1, m2/s: while it is not negative, the UAV converges to an orbit whose radius changes.
 ///
-/// Implements Eq. (17), (19): xi_th = (r r' - r_d r_d') sgn(r_d - r).
+/// Implements Lemma 3.1 with Eq. (17), (19): xi_th = (r r' - r_d r_d') sgn(r_d - r).
 #[doc(alias = "xi_th")]
 pub fn convergence_threshold_m2_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_m_s: f64) -> f64 {
     let sgn = if radius_m > r_m {
