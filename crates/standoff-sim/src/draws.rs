@@ -87,7 +87,7 @@ mod tests {
         let got = [draw.uniform(), draw.uniform()];
         assert_eq!(got, PINNED, "{got:?}");
     }
-    const PINNED: [f64; 2] = [0.0, 0.0];
+    const PINNED: [f64; 2] = [0.324055963018935, 0.9531631695141117];
 
     #[test]
     fn normals_have_the_moments_of_a_standard_normal() {

@@ -8,7 +8,7 @@
 mod column;
 mod error;
 mod folder;
-pub mod frame;
+mod frame;
 mod manifest;
 mod reader;
 mod rows;
@@ -20,4 +20,4 @@ pub use folder::{Occupancy, occupancy};
 pub use frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use manifest::{FORMAT, Manifest};
 pub use reader::{Frames, Record};
-pub use writer::Writer;
+pub use writer::{Closed, Writer};

@@ -36,10 +36,9 @@ struct Uav {
 impl<'a> Mission<'a> {
     /// A mission at its start.
     pub fn new(scenario: &'a Scenario) -> Result<Self, Vec<ParamError>> {
-        let uavs =
-            scenario.uavs.iter().zip(0u32..).map(|(state, id)| {
-                Ok(Uav { state: *state, agent: Agent::new(UavId(id), scenario.team)?, look_at: None })
-            });
+        let uavs = scenario.uavs.iter().zip(0u32..).map(|(state, id)| {
+            Ok(Uav { state: *state, agent: Agent::new(UavId(id), scenario.settings.team)?, look_at: None })
+        });
         Ok(Self {
             scenario,
             world: World::new(scenario),
@@ -53,15 +52,15 @@ impl<'a> Mission<'a> {
 
     /// Number of frames of the whole mission.
     pub fn frames(&self) -> u64 {
-        ticks(self.scenario.duration, self.scenario.period) as u64 + 1
+        ticks(self.scenario.settings.duration, self.scenario.settings.period) as u64 + 1
     }
 
     /// Plays one instant and moves on to the next; `None` when the mission is over.
     pub fn frame(&mut self) -> Option<Frame> {
-        if self.tick > ticks(self.scenario.duration, self.scenario.period) {
+        if self.tick > ticks(self.scenario.settings.duration, self.scenario.settings.period) {
             return None;
         }
-        let now = Time::from_us(self.tick * self.scenario.period.us());
+        let now = Time::from_us(self.tick * self.scenario.settings.period.us());
         self.world.look(now, &mut self.truth);
         let scans = self.scan();
         let inbox = self.say(now, &scans);
@@ -73,9 +72,9 @@ impl<'a> Mission<'a> {
 
     /// Every sensor looks where its agent asked it to.
     fn scan(&self) -> Vec<OwnedScan> {
-        let (sensor, noise) = (&self.scenario.team.track.sensor, self.scenario.noise);
+        let (sensor, noise) = (&self.scenario.settings.team.track.sensor, self.scenario.settings.noise);
         let scan = |uav: &Uav| {
-            let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, self.scenario.period));
+            let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, self.scenario.settings.period));
             let from = (uav.agent.id(), uav.state.position);
             let detections = boresight.map_or_else(Vec::new, |boresight| {
                 sensors::scan(from, boresight, &self.truth, sensor, noise, self.draws, self.tick as u64)
@@ -90,7 +89,7 @@ impl<'a> Mission<'a> {
         let mut said = Vec::new();
         for target in &self.truth {
             if self.cued.insert(target.target) {
-                said.push(Message::Cue(sensors::cue(target, now, self.scenario.cue, self.draws)));
+                said.push(Message::Cue(sensors::cue(target, now, self.scenario.settings.cue, self.draws)));
             }
         }
         for (uav, scan) in self.uavs.iter().zip(scans) {
@@ -111,7 +110,7 @@ impl<'a> Mission<'a> {
             }
             uav.look_at = step.look_at;
             let command: Command = step.command.command;
-            uav.state = self.scenario.team.uav.step(&uav.state, command, self.scenario.period);
+            uav.state = self.scenario.settings.team.uav.step(&uav.state, command, self.scenario.settings.period);
         }
         // With a perfect radio every agent holds the same picture: the record keeps the first one's.
         if let Some(first) = self.uavs.first() {
@@ -138,4 +137,51 @@ impl OwnedScan {
 
 fn uav_id(index: usize) -> u32 {
     index as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Edits;
+    use standoff::TargetState;
+
+    /// The agents never see truth: moving every target after the sensors have spoken changes no command and no belief.
+    #[test]
+    fn another_truth_after_the_sensors_have_spoken_changes_no_command() {
+        for name in ["paper/table-2-pair", "traffic/convoy"] {
+            let scenario = Scenario::load(name, &Edits::default(), 3).unwrap();
+            let mut honest = Mission::new(&scenario).unwrap();
+            let mut lied_to = Mission::new(&scenario).unwrap();
+            for _ in 0..100 {
+                let mut frames = Vec::new();
+                for (mission, lies) in [(&mut honest, false), (&mut lied_to, true)] {
+                    let now = Time::from_us(mission.tick * scenario.settings.period.us());
+                    mission.world.look(now, &mut mission.truth);
+                    let scans = mission.scan();
+                    let inbox = mission.say(now, &scans);
+                    if lies {
+                        for target in &mut mission.truth {
+                            target.state = TargetState(target.state.0 * -3.0);
+                        }
+                    }
+                    frames.push(mission.decide(now, &scans, &inbox));
+                    mission.world.step();
+                    mission.tick += 1;
+                }
+                assert_ne!(frames[0].truth, frames[1].truth);
+                assert_eq!(frames[0].uavs, frames[1].uavs);
+                assert_eq!(frames[0].tracks, frames[1].tracks);
+                assert_eq!(frames[0].groups, frames[1].groups);
+            }
+        }
+    }
+
+    #[test]
+    fn a_mission_has_one_frame_per_period_and_one_more() {
+        let scenario = Scenario::load("paper/table-2-single", &Edits::default(), 1).unwrap();
+        let mut mission = Mission::new(&scenario).unwrap();
+        let frames: Vec<_> = std::iter::from_fn(|| mission.frame()).collect();
+        assert_eq!((frames.len(), mission.frames()), (201, 201));
+        assert_eq!(frames[200].time_us, 100_000_000);
+    }
 }

@@ -34,6 +34,21 @@ pub struct Scenario {
     pub about: String,
     /// The seed of every draw.
     pub seed: u64,
+    /// How the mission is flown.
+    pub settings: Settings,
+    /// Where the UAVs start.
+    pub uavs: Vec<UavState>,
+    /// The targets.
+    pub targets: Targets,
+    /// What to be careful about.
+    pub warnings: Vec<String>,
+    /// The scenario with every value spelt out; loading it gives the same run.
+    pub resolved: String,
+}
+
+/// How a mission is flown: all of a scenario but who is in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
     /// Length of the mission.
     pub duration: Duration,
     /// Time between two scans, which is also the guidance period.
@@ -46,14 +61,6 @@ pub struct Scenario {
     pub noise: Noise,
     /// How well targets are handed over.
     pub cue: CueError,
-    /// Where the UAVs start.
-    pub uavs: Vec<UavState>,
-    /// The targets.
-    pub targets: Targets,
-    /// What to be careful about.
-    pub warnings: Vec<String>,
-    /// The scenario with every value spelt out; loading it gives the same run.
-    pub resolved: String,
 }
 
 /// Noise of the sensors as they are.
@@ -92,5 +99,13 @@ impl Scenario {
     /// Loads a built-in scenario by name, or a file.
     pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
         resolve::resolve(load::Typed::load(name_or_file, edits)?, seed)
+    }
+}
+
+impl Settings {
+    /// The settings of a resolved scenario, as a record keeps it; `label` names it in messages. No traffic file is
+    /// needed.
+    pub fn of_record(label: &str, resolved: &str) -> Result<Self, ScenarioError> {
+        resolve::settings_of_record(load::Typed::of_text(label, resolved)?)
     }
 }

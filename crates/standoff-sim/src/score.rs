@@ -7,7 +7,7 @@ use serde::Serialize;
 use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams};
 
 use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
-use crate::scenario::Scenario;
+use crate::scenario::Settings;
 
 /// What a score needs to know of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,14 +25,14 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The rules of a scenario.
-    pub fn of(scenario: &Scenario) -> Self {
+    /// The rules of a mission.
+    pub fn of(settings: &Settings) -> Self {
         Self {
-            standoff: scenario.team.group.standoff,
-            sensor: scenario.team.track.sensor,
-            separation_rad: scenario.team.guidance.separation_rad,
-            period_s: scenario.period.s(),
-            settle_s: scenario.settle.s(),
+            standoff: settings.team.group.standoff,
+            sensor: settings.team.track.sensor,
+            separation_rad: settings.team.guidance.separation_rad,
+            period_s: settings.period.s(),
+            settle_s: settings.settle.s(),
         }
     }
 }

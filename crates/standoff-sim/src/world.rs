@@ -34,7 +34,7 @@ impl<'a> World<'a> {
     pub fn new(scenario: &'a Scenario) -> Self {
         let kind = match &scenario.targets {
             Targets::Random { model, start } => {
-                Kind::Random { states: start.clone(), transition: model.transition(scenario.period) }
+                Kind::Random { states: start.clone(), transition: model.transition(scenario.settings.period) }
             }
             Targets::Traffic(traffic) => Kind::Traffic(traffic),
         };

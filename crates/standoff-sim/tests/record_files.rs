@@ -191,8 +191,10 @@ fn an_older_run_with_its_figures_is_replaced_when_the_new_one_is_complete() {
     let mut writer = Writer::create(&dir, &manifest(), SCENARIO).unwrap();
     assert_eq!(read(&dir).unwrap().len(), 10);
     writer.frame(&frames(1, 2, 4)[0]).unwrap();
-    fs::write(writer.dir().join("summary.json"), "new").unwrap();
-    writer.finish(&names(4)).unwrap();
+    let closed = writer.close(&names(4)).unwrap();
+    assert_eq!(read(closed.dir()).unwrap().len(), 1);
+    fs::write(closed.dir().join("summary.json"), "new").unwrap();
+    closed.publish().unwrap();
     assert_eq!(read(&dir).unwrap().len(), 1);
     assert_eq!(fs::read_to_string(dir.join("summary.json")).unwrap(), "new");
     assert!(!dir.join("paths.svg").exists());
@@ -254,8 +256,12 @@ fn a_dropped_writer_leaves_nothing() {
     let dir = home.path().join("run");
     let mut writer = create(&dir).unwrap();
     writer.frame(&frames(1, 2, 4)[0]).unwrap();
-    assert_eq!(writer.dir(), partial(&dir));
+    assert!(partial(&dir).exists());
     drop(writer);
+    assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
+    let mut writer = create(&dir).unwrap();
+    writer.frame(&frames(1, 2, 4)[0]).unwrap();
+    drop(writer.close(&names(4)).unwrap());
     assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
 }
 
@@ -346,14 +352,6 @@ fn frames_out_of_order_or_without_uavs_are_refused() {
     }
 }
 
-/// Leaves a record for `scripts/check_record.py`: `RECORD_DIR=/tmp/r cargo test -- --ignored`.
-#[test]
-#[ignore = "writes where RECORD_DIR says"]
-fn leave_a_record_of_200_instants() {
-    let dir = PathBuf::from(std::env::var("RECORD_DIR").unwrap());
-    write(&dir, &frames(200, 2, 4));
-}
-
 const SCENARIO: &str = "name = \"two\"\n";
 
 fn manifest() -> Manifest {
@@ -429,7 +427,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             standoff_unclamped_m: 312.5 + t,
             standoff_distance_m: 300.0,
             standoff_rate_m_s: -0.0,
-            turn_limit_m: (k % 2 == 0).then_some(150.0),
+            turn_limit_m: instant.is_multiple_of(3).then_some(150.0),
             feasible: instant.is_multiple_of(2),
         }],
         detections: (0..uavs.min(instant))

@@ -12,7 +12,7 @@ use super::{FORMAT, Manifest, RecordError};
 
 /// Writes a record, frame by frame, in bounded memory.
 ///
-/// The files grow in `<dir>.partial`. [`Writer::finish`] moves that folder to `dir`; a writer that
+/// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`; a writer that
 /// is dropped before removes it.
 pub struct Writer {
     uavs: TableWriter<At<UavRow>>,
@@ -61,13 +61,6 @@ impl Writer {
         })
     }
 
-    /// The folder in which the record grows, until it is finished. `summary.json`, `report.html`
-    /// and `*.svg` may be added; with anything else in it, a later run will not replace the record.
-    #[must_use]
-    pub fn dir(&self) -> &Path {
-        &self.partial.path
-    }
-
     /// Adds an instant: later than the one before, and with at least one UAV.
     ///
     /// After an error the record cannot be continued nor finished.
@@ -92,14 +85,16 @@ impl Writer {
         Ok(())
     }
 
-    /// Completes the record with the targets' names, by id, and moves it to its place. An older run
-    /// there is removed just before.
-    ///
-    /// If only the move fails, the record is kept in the partial folder: [`RecordError::NotMoved`].
+    /// Completes the record with the targets' names, by id, and moves it to its place.
     pub fn finish(self, target_names: &[String]) -> Result<(), RecordError> {
+        self.close(target_names)?.publish()
+    }
+
+    /// Completes the tables, with the targets' names by id. The record can be read where it lies, and added to, before
+    /// it is published.
+    pub fn close(self, target_names: &[String]) -> Result<Closed, RecordError> {
         self.check_sound(self.last_us.unwrap_or_default())?;
-        let mut partial = self.partial;
-        let mut targets = table::<TargetRow>(&partial)?;
+        let mut targets = table::<TargetRow>(&self.partial)?;
         for (target, name) in (0..).zip(target_names) {
             let name = name.clone();
             targets.push(&TargetRow { target, name })?;
@@ -112,11 +107,8 @@ impl Writer {
         self.detections.finish()?;
         self.events.finish()?;
         let synced = self.manifest.sync_all();
-        synced.map_err(|reason| RecordError::write(&partial.path.join(MANIFEST), reason))?;
-        drop(self.manifest);
-        partial.keep = true;
-        folder::move_into_place(&partial.path, &self.dir)
-            .map_err(|reason| RecordError::NotMoved { kept: partial.path.clone(), reason: Box::new(reason) })
+        synced.map_err(|reason| RecordError::write(&self.partial.path.join(MANIFEST), reason))?;
+        Ok(Closed { _manifest: self.manifest, dir: self.dir, partial: self.partial })
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
@@ -124,6 +116,32 @@ impl Writer {
             return Ok(());
         }
         Err(bad_frame(time_us, "an earlier frame failed"))
+    }
+}
+
+/// A complete record that is not in its place yet; dropped, it is removed.
+pub struct Closed {
+    /// Open, because it holds the lock.
+    _manifest: File,
+    dir: PathBuf,
+    partial: Partial,
+}
+
+impl Closed {
+    /// Where the record lies until it is published. `summary.json`, `report.html` and `*.svg` may be added; with
+    /// anything else in it, a later run will not replace the record.
+    #[must_use]
+    pub fn dir(&self) -> &Path {
+        &self.partial.path
+    }
+
+    /// Moves the record to its place. An older run there is removed just before.
+    ///
+    /// If only the move fails, the record is kept where it is: [`RecordError::NotMoved`].
+    pub fn publish(mut self) -> Result<(), RecordError> {
+        self.partial.keep = true;
+        folder::move_into_place(&self.partial.path, &self.dir)
+            .map_err(|reason| RecordError::NotMoved { kept: self.partial.path.clone(), reason: Box::new(reason) })
     }
 }
 

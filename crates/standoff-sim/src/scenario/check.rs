@@ -7,71 +7,63 @@ use super::file::ScenarioFile;
 use super::load::Typed;
 use super::number::{of, value};
 use super::team::KEYS;
-use crate::traffic::Traffic;
 
 /// Longer missions than this are refused: a record of them would fill the disk.
 const TICKS_MAX: f64 = 10_000_000.0;
 
-/// Checks every range: the simulator's own here, the rest in the library.
-pub(super) fn check(file: &ScenarioFile, team: &TeamParams, traffic: Option<&Traffic>, problems: &mut Problems) {
-    let mut check = |key: &str, number: f64, allowed: Allowed| {
-        if !allowed.contains(number) {
-            problems.add(key.to_owned(), format!("must be {allowed}"));
-        }
-    };
+/// Checks how the mission is flown: the simulator's own ranges here, the rest in the library.
+pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &mut Problems) {
     let period_s = of(&file.period_s);
-    check("period_s", period_s, Allowed::at_least(0.01).at_most(10.0));
+    problems.check("period_s", period_s, Allowed::at_least(0.01).at_most(10.0));
     let longest_s = period_s.max(0.01) * TICKS_MAX;
     let duration = Allowed::at_least(period_s).at_most(longest_s).because("one period_s to ten million of them");
-    check("duration_s", of(&file.duration_s), duration);
-    check("settle_s", of(&file.settle_s), Allowed::at_least(0.0));
-    check("sensor.range_sd_m", value(&file.sensor.range_sd_m), Allowed::at_least(0.0).at_most(1e5));
-    check("sensor.bearing_sd_deg", value(&file.sensor.bearing_sd_deg), Allowed::at_least(0.0).at_most(180.0));
-    check("cue.position_sd_m", value(&file.cue.position_sd_m), Allowed::above(0.0).at_most(1e5));
-    check("cue.velocity_sd_m_s", value(&file.cue.velocity_sd_m_s), Allowed::above(0.0).at_most(1e3));
-    let count = f64::from(file.uavs.count.unwrap_or_default());
-    check("uavs.count", count, Allowed::at_least(1.0).at_most(100.0));
-    let listed = file.uavs.at.len() as f64;
-    if listed > 0.0 {
-        check("uavs.count", count, Allowed::at_least(listed).at_most(listed).because("as many as [[uavs.at]]"));
-    }
-    if let Some(ring) = &file.uavs.ring {
-        if let Some(radius_m) = &ring.radius_m {
-            check("uavs.ring.radius_m", value(radius_m), Allowed::above(0.0).at_most(1e6));
-        }
-    }
-    let place = Allowed::at_least(-1e7).at_most(1e7);
-    for (index, at) in file.uavs.at.iter().enumerate() {
-        check(&format!("uavs.at.{index}.x_m"), value(&at.x_m), place);
-        check(&format!("uavs.at.{index}.y_m"), value(&at.y_m), place);
-        check(&format!("uavs.at.{index}.speed_m_s"), value(&at.speed_m_s), Allowed::above(0.0).at_most(1e3));
-    }
-    if let Some(targets) = &file.targets {
-        check(
-            "targets.correlation_rate_1_s",
-            value(&targets.correlation_rate_1_s),
-            Allowed::at_least(0.0).at_most(100.0),
-        );
-        check(
-            "targets.acceleration_sd_m_s2",
-            value(&targets.acceleration_sd_m_s2),
-            Allowed::at_least(0.0).at_most(100.0),
-        );
-        if let Some(scatter) = &targets.scatter {
-            check("targets.scatter.count", f64::from(scatter.count), Allowed::at_least(1.0).at_most(10_000.0));
-        }
-        for (index, at) in targets.at.iter().enumerate() {
-            check(&format!("targets.at.{index}.x_m"), value(&at.x_m), place);
-            check(&format!("targets.at.{index}.y_m"), value(&at.y_m), place);
-        }
-    }
-    let has_targets = file.targets.as_ref().is_some_and(|targets| targets.scatter.is_some() || !targets.at.is_empty());
-    if traffic.is_none() && !has_targets {
-        let what = "no targets; give [targets.scatter], [[targets.at]] or [traffic]".to_owned();
-        problems.add("targets".to_owned(), what);
-    }
+    problems.check("duration_s", of(&file.duration_s), duration);
+    problems.check("settle_s", of(&file.settle_s), Allowed::at_least(0.0).at_most(1e9));
+    let (sensor, cue) = (&file.sensor, &file.cue);
+    problems.check("sensor.range_sd_m", value(&sensor.range_sd_m), Allowed::at_least(0.0).at_most(1e5));
+    problems.check("sensor.bearing_sd_deg", value(&sensor.bearing_sd_deg), Allowed::at_least(0.0).at_most(180.0));
+    problems.check("cue.position_sd_m", value(&cue.position_sd_m), Allowed::above(0.0).at_most(1e5));
+    problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::above(0.0).at_most(1e3));
     for error in team.errors() {
         problems.add_param(&error);
+    }
+}
+
+/// Checks who takes part, and where they start.
+pub(super) fn check_who(file: &ScenarioFile, problems: &mut Problems) {
+    let place = Allowed::at_least(-1e7).at_most(1e7);
+    let count = of(&file.uavs.count);
+    problems.check_whole("uavs.count", count, Allowed::at_least(1.0).at_most(100.0));
+    let listed = file.uavs.at.len() as f64;
+    if listed > 0.0 {
+        let as_listed = Allowed::at_least(listed).at_most(listed).because("as many as [[uavs.at]]");
+        problems.check("uavs.count", count, as_listed);
+    }
+    if let Some(radius_m) = file.uavs.ring.as_ref().and_then(|ring| ring.radius_m.as_ref()) {
+        problems.check("uavs.ring.radius_m", value(radius_m), Allowed::above(0.0).at_most(1e6));
+    }
+    for (index, at) in file.uavs.at.iter().enumerate() {
+        let key = |name: &str| format!("uavs.at.{index}.{name}");
+        problems.check(&key("x_m"), value(&at.x_m), place);
+        problems.check(&key("y_m"), value(&at.y_m), place);
+        problems.check(&key("speed_m_s"), value(&at.speed_m_s), Allowed::above(0.0).at_most(1e3));
+    }
+    let targets = file.targets.clone().unwrap_or_default();
+    let rate = Allowed::at_least(0.0).at_most(100.0);
+    problems.check("targets.correlation_rate_1_s", value(&targets.correlation_rate_1_s), rate);
+    problems.check("targets.acceleration_sd_m_s2", value(&targets.acceleration_sd_m_s2), rate);
+    if let Some(scatter) = &targets.scatter {
+        let count = Allowed::at_least(1.0).at_most(10_000.0);
+        problems.check_whole("targets.scatter.count", value(&scatter.count), count);
+    }
+    for (index, at) in targets.at.iter().enumerate() {
+        let key = |name: &str| format!("targets.at.{index}.{name}");
+        problems.check(&key("x_m"), value(&at.x_m), place);
+        problems.check(&key("y_m"), value(&at.y_m), place);
+    }
+    if file.traffic.is_none() && targets.scatter.is_none() && targets.at.is_empty() {
+        problems
+            .add("targets".to_owned(), "no targets; give [targets.scatter], [[targets.at]] or [traffic]".to_owned());
     }
 }
 
@@ -84,6 +76,20 @@ pub(super) struct Problems {
 impl Problems {
     pub(super) fn add(&mut self, key: String, what: String) {
         self.found.push((key, what));
+    }
+
+    fn check(&mut self, key: &str, number: f64, allowed: Allowed) {
+        if !allowed.contains(number) {
+            self.add(key.to_owned(), format!("must be {allowed}"));
+        }
+    }
+
+    /// A number that counts things.
+    fn check_whole(&mut self, key: &str, number: f64, allowed: Allowed) {
+        if allowed.contains(number) && number.fract().abs() > 0.0 {
+            self.add(key.to_owned(), "must be a whole number".to_owned());
+        }
+        self.check(key, number, allowed);
     }
 
     /// A library parameter out of range, in the unit in which it was typed.

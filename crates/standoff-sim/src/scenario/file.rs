@@ -90,8 +90,8 @@ table! {
         /// Lag of the turn rate tau_omega, s.
         turn_rate_lag_s = 1.0 / 3.0;
     } {
-        /// How many; if absent: as many as `[[uavs.at]]`, or 1.
-        count: Option<u32> = None;
+        /// How many; if absent: as many as `[[uavs.at]]`, or 1. A distribution is rounded.
+        count: Option<Number> = None;
         /// `exact` or `euler`.
         integrator: Integrator = Integrator::Exact;
         /// Start on a ring about the targets (the default).
@@ -245,9 +245,8 @@ table! {
         vx_m_s = 0.0;
         /// Velocity north, m/s.
         vy_m_s = 0.0;
-    } {
-        /// How many.
-        count: u32 = 1;
+        /// How many; a distribution is rounded.
+        count = 1.0;
     }
 }
 

@@ -75,6 +75,13 @@ impl Typed {
         Ok(Self { name, label, text, file, edited, traffic_from })
     }
 
+    /// A scenario that is nothing but its text.
+    pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
+        let file = typed(parse(label, text)?, label, text, &[])?;
+        let (name, label, text) = (label.to_owned(), label.to_owned(), text.to_owned());
+        Ok(Self { name, label, text, file, edited: Vec::new(), traffic_from: None })
+    }
+
     /// Where to point for a key: into the file, or at the command line.
     pub(super) fn place(&self, key: &str) -> (String, Option<Place>) {
         place(&self.label, &self.text, &self.edited, key)

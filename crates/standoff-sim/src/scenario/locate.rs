@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn a_key_is_found_in_tables_and_arrays() {
-        let text = "a = 1\n[b]\n  \u{e9} = 2\nc = 3\n[[d.at]]\nx = 4\n[[d.at]]\nx = 55\n";
+        let text = "a = 1\n[b]\n  \"\u{e9}\" = 2\nc = 3\n[[d.at]]\nx = 4\n[[d.at]]\nx = 55\n";
         let map = Map::new(text);
         assert_eq!(map.find("a"), Some(Place { line: 1, column: 1 }));
         assert_eq!(map.find("b.c"), Some(Place { line: 4, column: 1 }));

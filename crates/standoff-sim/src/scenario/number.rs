@@ -113,6 +113,10 @@ impl<'de> Deserialize<'de> for Number {
 impl Serialize for Number {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
+            // As a person would write it: 100, not 100.0; but a negative zero must stay one.
+            Self::Constant(value) if value.trunc() == value && value.abs() < 1e15 && value.to_bits() != 1 << 63 => {
+                serializer.serialize_i64(value as i64)
+            }
             Self::Constant(value) => serializer.serialize_f64(value),
             Self::Uniform { min, max } => Distribution::Uniform(Bounds { min, max }).serialize(serializer),
             Self::Normal { mean, sd } => Distribution::Normal(Moments { mean, sd }).serialize(serializer),

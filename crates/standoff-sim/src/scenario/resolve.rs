@@ -3,13 +3,13 @@
 use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, Velocity};
 
 use super::builtin::BUILT_IN_TRAFFIC;
-use super::check::{Problems, check};
+use super::check::{Problems, check_settings, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
 use super::load::Typed;
 use super::number::{Number, of, value};
 use super::team::team;
-use super::{CueError, Noise, Scenario, Targets, start};
+use super::{CueError, Noise, Scenario, Settings, Targets, start};
 use crate::draws::{Draws, Stream};
 use crate::traffic::{self, Traffic};
 
@@ -22,25 +22,44 @@ pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioE
 
     let traffic = read_traffic(&typed)?;
     fill_in(&mut typed.file, traffic.as_ref());
-    let file = &typed.file;
-    let team = team(file);
-    check(file, &team, traffic.as_ref(), &mut problems);
+    let settings = settings(&typed.file);
+    check_who(&typed.file, &mut problems);
+    check_settings(&typed.file, &settings.team, &mut problems);
     problems.report(&typed)?;
 
     let targets = match traffic {
         Some(traffic) => Targets::Traffic(traffic),
         None => random_targets(&mut typed.file, draws),
     };
-    let uavs = start::uavs(&mut typed.file, &team, &targets);
-    let file = &typed.file;
-    let period = Duration::from_s(of(&file.period_s));
+    let uavs = start::uavs(&mut typed.file, &settings.team, &targets);
     Ok(Scenario {
         name: typed.name.clone(),
-        about: file.about.clone(),
+        about: typed.file.about.clone(),
         seed,
+        uavs,
+        targets,
+        warnings: warnings(&settings.team, settings.period),
+        resolved: resolved_text(&typed)?,
+        settings,
+    })
+}
+
+/// The settings of a scenario in which everything is spelt out.
+pub(super) fn settings_of_record(mut typed: Typed) -> Result<Settings, ScenarioError> {
+    let mut problems = Problems::default();
+    fill_in(&mut typed.file, None);
+    let settings = settings(&typed.file);
+    check_settings(&typed.file, &settings.team, &mut problems);
+    problems.report(&typed)?;
+    Ok(settings)
+}
+
+fn settings(file: &ScenarioFile) -> Settings {
+    Settings {
         duration: Duration::from_s(of(&file.duration_s)),
-        period,
+        period: Duration::from_s(of(&file.period_s)),
         settle: Duration::from_s(of(&file.settle_s)),
+        team: team(file),
         noise: Noise {
             range_sd_m: value(&file.sensor.range_sd_m),
             bearing_sd_rad: value(&file.sensor.bearing_sd_deg).to_radians(),
@@ -49,19 +68,20 @@ pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioE
             position_sd_m: value(&file.cue.position_sd_m),
             velocity_sd_m_s: value(&file.cue.velocity_sd_m_s),
         },
-        uavs,
-        targets,
-        warnings: warnings(&team, period),
-        resolved: resolved_text(&typed)?,
-        team,
-    })
+    }
 }
 
 /// Every number drawn, in place. A draw depends on the seed and the key alone.
 fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) {
     let mut draw = |key: String, number: &mut Number| match number.problem() {
         Some(problem) => problems.add(key, problem),
-        None => *number = Number::Constant(number.draw(&mut draws.at(Stream::Scenario, hash(&key), 0))),
+        None => {
+            let mut drawn = number.draw(&mut draws.at(Stream::Scenario, hash(&key), 0));
+            if key.ends_with(".count") && !matches!(number, Number::Constant(_)) {
+                drawn = drawn.round();
+            }
+            *number = Number::Constant(drawn);
+        }
     };
     let tables = [
         ("uavs", file.uavs.numbers()),
@@ -90,13 +110,17 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
                 draw(format!("targets.at.{index}.{key}"), number);
             }
         }
-        // Drawn once for each target, later; here only looked at.
         for (key, number) in targets.scatter.iter_mut().flat_map(|scatter| scatter.numbers()) {
-            draw(format!("targets.scatter.{key}"), &mut number.clone());
+            match key {
+                "count" => draw(format!("targets.scatter.{key}"), number),
+                // Drawn once for each target, later; here only looked at.
+                _ => draw(format!("targets.scatter.{key}"), &mut number.clone()),
+            }
         }
     }
     let filter = &mut file.filter;
     let optional = [
+        ("uavs.count", &mut file.uavs.count),
         ("duration_s", &mut file.duration_s),
         ("period_s", &mut file.period_s),
         ("settle_s", &mut file.settle_s),
@@ -173,7 +197,7 @@ fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
     spelt(&mut file.filter.range_sd_m, or_table_1(value(&file.sensor.range_sd_m), 10.0));
     spelt(&mut file.filter.bearing_sd_deg, or_table_1(value(&file.sensor.bearing_sd_deg), 3.0));
     if file.uavs.count.is_none() {
-        file.uavs.count = Some(file.uavs.at.len().max(1) as u32);
+        file.uavs.count = Some(Number::Constant(file.uavs.at.len().max(1) as f64));
     }
 }
 
@@ -185,7 +209,7 @@ fn random_targets(file: &mut ScenarioFile, draws: Draws) -> Targets {
         acceleration_sd_m_s2: value(&targets.acceleration_sd_m_s2),
     };
     if let Some(scatter) = targets.scatter.take() {
-        for index in 0..u64::from(scatter.count) {
+        for index in 0..value(&scatter.count) as u64 {
             let draw = |key: &str, number: Number| {
                 Number::Constant(number.draw(&mut draws.at(Stream::Scenario, hash(key), index + 1)))
             };

@@ -26,7 +26,7 @@ fn ring(file: &ScenarioFile, team: &TeamParams, targets: &Targets) -> Vec<UavAt>
     let ring = file.uavs.ring.clone().unwrap_or_default();
     let radius_m = ring.radius_m.as_ref().map_or(standoff_m, value);
     let first = Angle::from_deg(ring.phase_deg.as_ref().map_or(0.0, value));
-    let count = file.uavs.count.unwrap_or(1);
+    let count = file.uavs.count.as_ref().map_or(1.0, value) as u32;
     let even_deg = match count {
         2 => team.guidance.separation_rad.to_degrees(),
         _ => 360.0 / f64::from(count),

@@ -1,0 +1,51 @@
+//! How the command fails: what it says and the exit status.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Why the command did not do what was asked.
+pub(crate) enum Failure {
+    /// Wrong input or usage: exit status 2.
+    Input(String),
+    /// It failed while running: exit status 1.
+    Running(String),
+    /// Nobody reads on (a closed pipe): not worth a word.
+    NobodyListens,
+}
+
+impl Failure {
+    pub(crate) fn input(error: impl Display) -> Self {
+        Self::Input(error.to_string())
+    }
+
+    pub(crate) fn running(error: impl Display) -> Self {
+        Self::Running(error.to_string())
+    }
+
+    /// Says it, and gives the exit status.
+    pub(crate) fn exit(self) -> ExitCode {
+        let (message, status) = match self {
+            Self::Input(message) => (message, 2),
+            Self::Running(message) => (message, 1),
+            Self::NobodyListens => return ExitCode::SUCCESS,
+        };
+        note(&format!("error: {message}"));
+        ExitCode::from(status)
+    }
+}
+
+/// Prints to standard output.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::NobodyListens),
+        Err(error) => Err(Failure::running(format!("standard output: {error}"))),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Says something beside the results, on standard error. Where that is closed, nobody wants to know.
+pub(crate) fn note(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}

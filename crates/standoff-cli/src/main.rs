@@ -1,0 +1,71 @@
+//! The `standoff` command: flies scenarios, lists them, checks them.
+
+mod failure;
+mod outcome;
+mod run;
+mod scenarios;
+mod tell;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use failure::Failure;
+
+/// UAVs keep groups of moving ground vehicles in view: coordinated standoff tracking, simulated.
+///
+/// Without a command: flies traffic/convoy, prints the outcome, writes the results, says where.
+#[derive(Parser)]
+#[command(name = "standoff", version, after_help = EXAMPLES, disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Fly a scenario: print the outcome, write the results.
+    #[command(after_help = run::EXAMPLES)]
+    Run(run::Args),
+    /// Tell a finished run again, from its record alone: scores, events, figures.
+    Show {
+        /// The folder of the run.
+        dir: PathBuf,
+        /// Print one JSON object instead of the table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// List the built-in scenarios, or print one.
+    Scenarios {
+        /// The scenario to print.
+        name: Option<String>,
+    },
+    /// Check a scenario file, and the traffic file it names; nothing else.
+    Check {
+        /// A scenario file, or the name of a built-in scenario.
+        file: String,
+    },
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  standoff                                            two UAVs over a convoy in city traffic
+  standoff run paper/table-2-pair --seed 7            the paper's pair
+  standoff run --traffic city.fcd.xml.gz --uavs 2     over your own traffic
+  standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
+  standoff check mine.toml
+  standoff show standoff-out/traffic/convoy-1         tell a finished run again
+
+Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
+
+fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        None => run::run(&run::Args::default()),
+        Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Show { dir, json }) => tell::show(&dir, json),
+        Some(Command::Scenarios { name }) => scenarios::show(name.as_deref()),
+        Some(Command::Check { file }) => scenarios::check(&file),
+    };
+    done.map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+}

@@ -1,0 +1,104 @@
+//! The outcome of a run: a table for people, a JSON object for programs.
+
+use std::path::Path;
+
+use serde::Serialize;
+use standoff_sim::score::Metrics;
+
+use crate::failure::{Failure, print};
+
+/// Events that a table shows before it refers to the file.
+const EVENTS_SHOWN: usize = 12;
+
+/// What a run came to.
+#[derive(Serialize)]
+pub(crate) struct Outcome {
+    pub(crate) scenario: String,
+    pub(crate) seed: u64,
+    pub(crate) duration_s: f64,
+    pub(crate) uavs: usize,
+    pub(crate) targets: usize,
+    pub(crate) metrics: Metrics,
+    pub(crate) events: Vec<Event>,
+}
+
+/// Something that happened.
+#[derive(Serialize)]
+pub(crate) struct Event {
+    pub(crate) time_s: f64,
+    pub(crate) kind: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) target: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) group: Option<u32>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) uavs: Vec<u32>,
+    pub(crate) reason: String,
+}
+
+impl Outcome {
+    /// One JSON object and a newline.
+    pub(crate) fn json(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+
+    /// Prints it: for programs, or for people.
+    pub(crate) fn print(&self, json: bool, out: &Path) -> Result<(), Failure> {
+        print(&if json { self.json().map_err(Failure::running)? } else { self.table(out) })
+    }
+
+    /// What a person wants to know first.
+    fn table(&self, out: &Path) -> String {
+        let m = &self.metrics;
+        let Self { scenario, seed, duration_s, uavs, targets, .. } = self;
+        let mut text = format!(
+            "{scenario}, seed {seed}: {}, {}, {duration_s} s\n\n",
+            count(*uavs, "UAV"),
+            count(*targets, "target")
+        );
+        let percent = |fraction: Option<f64>| fraction.map(|fraction| 100.0 * fraction);
+        let rows = [
+            ("in view", "group members seen by no UAV", percent(m.out_of_view_fraction), "% of the time"),
+            ("", "the longest that one was", Some(m.out_of_view_longest_s), "s"),
+            ("", "targets in no group", percent(m.uncovered_fraction), "% of the time"),
+            ("line of sight", "furthest member off boresight, mean", m.line_of_sight_deg, "deg"),
+            ("", "and at worst", m.line_of_sight_max_deg, "deg"),
+            ("estimates", "position error", m.position_error_m, "m"),
+            ("", "velocity error", m.velocity_error_m_s, "m/s"),
+            ("", "consistency (1 is right)", m.anees, ""),
+            ("orbit", "standoff error, true geometry", m.standoff_error_m, "m"),
+            ("", "once settled", m.standoff_error_m_settled, "m"),
+            ("", "standoff error, the agents' own view", m.standoff_tracking_error_m, "m"),
+            ("", "once settled", m.standoff_tracking_error_m_settled, "m"),
+            ("", "phase error", m.phase_error_deg, "deg"),
+            ("", "smallest separation", m.separation_min_m, "m"),
+            ("limits", "turn rate at its limit", percent(m.turn_rate_saturated_fraction), "% of the time"),
+            ("", "no feasible orbit", percent(m.infeasible_fraction), "% of the time"),
+        ];
+        for (topic, what, value, unit) in rows {
+            let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+            text += format!("{topic:14} {what:37} {value:>9} {unit}").trim_end();
+            text += "\n";
+        }
+        if !self.events.is_empty() {
+            text += "\nevents\n";
+        }
+        for event in self.events.iter().take(EVENTS_SHOWN) {
+            let who = event.target.as_deref().map(printable).unwrap_or_else(|| "group".to_owned());
+            text += &format!("{:8.1} s  {:16} {who}: {}\n", event.time_s, event.kind, event.reason);
+        }
+        if self.events.len() > EVENTS_SHOWN {
+            text += &format!("  and {} more in summary.json\n", self.events.len() - EVENTS_SHOWN);
+        }
+        text + &format!("\nresults in {}\n", out.display())
+    }
+}
+
+fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// A name from a file, safe for a terminal.
+fn printable(name: &str) -> String {
+    name.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
+}

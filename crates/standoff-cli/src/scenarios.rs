@@ -1,0 +1,31 @@
+//! `standoff scenarios` and `standoff check`.
+
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in};
+
+use crate::failure::{Failure, note, print};
+
+/// Lists the built-in scenarios, or prints one.
+pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
+    let Some(name) = name else {
+        let width = BUILT_IN.iter().map(|scenario| scenario.name.len()).max().unwrap_or_default();
+        let mut list = String::new();
+        for scenario in BUILT_IN {
+            let about = Scenario::load(scenario.name, &Edits::default(), 1).map_err(Failure::running)?.about;
+            list += &format!("{:width$}  {about}\n", scenario.name);
+        }
+        return print(&list);
+    };
+    let found = built_in(name).ok_or_else(|| {
+        Failure::Input(format!("{name}: no built-in scenario of that name; `standoff scenarios` lists them"))
+    })?;
+    print(found.text)
+}
+
+/// Checks a scenario.
+pub(crate) fn check(file: &str) -> Result<(), Failure> {
+    let scenario = Scenario::load(file, &Edits::default(), 1).map_err(Failure::input)?;
+    for warning in &scenario.warnings {
+        note(&format!("warning: {file}: {warning}"));
+    }
+    print(&format!("{file}: good ({} UAVs, {} s)\n", scenario.uavs.len(), scenario.settings.duration.s()))
+}

@@ -1,0 +1,81 @@
+//! What a record tells: scores, events and figures, from its files alone.
+
+use std::fs;
+use std::path::Path;
+
+use standoff_sim::record::{EventRow, Frame, Record};
+use standoff_sim::scenario::Settings;
+use standoff_sim::score::{Rules, Scorer};
+use standoff_view::figures::{Setup, figures};
+
+use crate::failure::{Failure, note};
+use crate::outcome::{Event, Outcome};
+
+/// `standoff show`: tells a finished run again; its summary and figures are made anew.
+pub(crate) fn show(dir: &Path, json: bool) -> Result<(), Failure> {
+    tell(dir, dir)?.print(json, dir)
+}
+
+/// Scores and draws the record in `dir`; summary and figures go to `to`.
+pub(crate) fn tell(dir: &Path, to: &Path) -> Result<Outcome, Failure> {
+    let record = Record::open(dir).map_err(Failure::input)?;
+    if !record.has_truth() {
+        note("note: the record has no truth table; scores that need it are missing");
+    }
+    let label = dir.join("scenario.toml").display().to_string();
+    let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
+    let mut scorer = Scorer::new(Rules::of(&settings));
+    let (mut events, mut uavs) = (Vec::new(), 0);
+    let frames = record.frames().map_err(Failure::running)?.inspect(|frame| {
+        let Ok(frame) = frame else { return };
+        scorer.frame(frame);
+        uavs = uavs.max(frame.uavs.len());
+        events.extend(events_of(frame, record.target_names()));
+    });
+    let manifest = record.manifest();
+    let title = format!("{}, seed {}", manifest.scenario, manifest.seed);
+    for figure in figures(frames, &setup(title, &settings)).map_err(Failure::running)? {
+        save(&to.join(format!("{}.svg", figure.name)), &figure.svg)?;
+    }
+    let outcome = Outcome {
+        scenario: manifest.scenario.clone(),
+        seed: manifest.seed,
+        duration_s: manifest.duration_s,
+        uavs,
+        targets: events.iter().filter(|event: &&Event| event.kind == "cued").count(),
+        metrics: scorer.metrics(),
+        events,
+    };
+    save(&to.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
+    Ok(outcome)
+}
+
+fn events_of(frame: &Frame, names: &[String]) -> Vec<Event> {
+    let event = |row: &EventRow| Event {
+        time_s: frame.time_us as f64 / 1e6,
+        kind: row.kind.clone(),
+        target: row.target.and_then(|target| names.get(target as usize).cloned()),
+        group: row.group,
+        uavs: row.uavs.clone(),
+        reason: row.reason.clone(),
+    };
+    frame.events.iter().map(event).collect()
+}
+
+fn setup(title: String, settings: &Settings) -> Setup {
+    let (uav, standoff) = (&settings.team.uav, &settings.team.group.standoff);
+    Setup {
+        title,
+        field_of_view_rad: settings.team.track.sensor.field_of_view_rad,
+        speed_min_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
+        speed_max_m_s: uav.speed_m_s + uav.speed_change_max_m_s,
+        turn_rate_max_rad_s: uav.turn_rate_max_rad_s,
+        radius_min_m: standoff.radius_min_m,
+        radius_max_m: standoff.radius_max_m,
+        separation_rad: settings.team.guidance.separation_rad,
+    }
+}
+
+fn save(path: &Path, text: &str) -> Result<(), Failure> {
+    fs::write(path, text).map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))
+}

@@ -1,0 +1,217 @@
+//! The command as people meet it: what it prints, what it writes, how it fails.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn standoff(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Runs, and expects exit status 2, one message that contains all of `expected`, and no folder left behind.
+fn check_refused(args: &[&str], expected: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bad.toml"), "[uavs]\ncount = 0\n[[targets.at]]\n").unwrap();
+    fs::write(folder.path().join("bad.xml"), "<fcd-export>\n<timestep time=\"0\"><vehicle id=\"a\" x=\"0\"").unwrap();
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    fs::write(folder.path().join("mine/thesis.tex"), "x").unwrap();
+    let before = names(folder.path());
+    let output = standoff(folder.path(), args);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    assert!(output.stdout.is_empty(), "{args:?}: {}", text(&output.stdout));
+    for expected in expected {
+        assert!(message.contains(expected), "{args:?}: {message}");
+    }
+    assert!(!message.contains("panicked"), "{args:?}: {message}");
+    assert_eq!(names(folder.path()), before, "{args:?} left something behind");
+    assert_eq!(fs::read_to_string(folder.path().join("mine/thesis.tex")).unwrap(), "x");
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn alone_it_flies_the_convoy_and_says_where_the_results_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = standoff(folder.path(), &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    assert!(table.contains("traffic/convoy, seed 1: 2 UAVs, 6 targets"), "{table}");
+    assert!(table.contains("results in standoff-out/traffic/convoy-1"), "{table}");
+    assert_eq!(text(&output.stderr), "", "no progress bar in a pipe");
+    let results = folder.path().join("standoff-out/traffic/convoy-1");
+    assert_eq!(
+        names(&results),
+        [
+            "detections.parquet",
+            "events.parquet",
+            "groups.parquet",
+            "line_of_sight.svg",
+            "phase.svg",
+            "run.json",
+            "scenario.toml",
+            "speed_and_turn_rate.svg",
+            "standoff_distance.svg",
+            "summary.json",
+            "targets.parquet",
+            "tracks.parquet",
+            "trajectories.svg",
+            "truth.parquet",
+            "uavs.parquet"
+        ]
+    );
+    // Nothing tells where or when it was written.
+    for name in names(&results) {
+        let bytes = fs::read(results.join(&name)).unwrap();
+        let here = folder.path().to_str().unwrap().as_bytes().to_vec();
+        assert!(!bytes.windows(here.len()).any(|window| window == here), "{name} names a path");
+    }
+}
+
+#[test]
+fn json_is_one_object_and_the_summary_is_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = standoff(folder.path(), &["run", "paper/table-2-pair", "--seed", "3", "--json", "--out", "o"]);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let saved: Value = serde_json::from_slice(&fs::read(folder.path().join("o/summary.json")).unwrap()).unwrap();
+    assert_eq!(printed, saved);
+    let keys: Vec<_> = printed.as_object().unwrap().keys().cloned().collect();
+    assert_eq!(keys, ["scenario", "seed", "duration_s", "uavs", "targets", "metrics", "events"]);
+    assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &4.into(), &3.into()));
+    assert!(printed["metrics"]["phase_error_deg"].as_f64().unwrap() < 5.0);
+    let event = &printed["events"][0];
+    assert_eq!((&event["kind"], &event["target"]), (&"cued".into(), &"target-1".into()));
+    assert!(event["time_s"].is_number() && event["reason"].is_string());
+}
+
+/// docs/metrics.md defines every metric that is printed, and none besides.
+#[test]
+fn every_metric_is_defined() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--json"]);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let printed: Vec<_> = printed["metrics"].as_object().unwrap().keys().cloned().collect();
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/metrics.md")).unwrap();
+    let rows = page.lines().filter(|line| line.starts_with("| `"));
+    let first_cells = rows.map(|line| line.split('|').nth(1).unwrap().to_owned());
+    let defined: Vec<_> = first_cells
+        .flat_map(|cell| cell.split(',').map(|name| name.trim().replace('`', "")).collect::<Vec<_>>())
+        .collect();
+    assert_eq!(printed, defined);
+}
+
+#[test]
+fn a_run_is_repeated_to_the_byte_and_says_that_it_replaces() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["run", "tour/02-two-uavs", "--seed", "5"];
+    let first = standoff(folder.path(), &args);
+    let results = folder.path().join("standoff-out/tour/02-two-uavs-5");
+    let read = || names(&results).iter().map(|name| fs::read(results.join(name)).unwrap()).collect::<Vec<_>>();
+    let bytes = read();
+    let second = standoff(folder.path(), &args);
+    assert_eq!(first.stdout, second.stdout);
+    assert_eq!(text(&second.stderr), "note: replacing the older run in standoff-out/tour/02-two-uavs-5\n");
+    assert!(bytes == read(), "the same scenario and seed gave other bytes");
+}
+
+/// Scores and pictures come from the record alone: without the truth table the scores that need it are gone, and nothing
+/// else is.
+#[test]
+fn a_record_is_told_again_and_truth_is_for_scores_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = standoff(folder.path(), &["run", "traffic/convoy", "--json", "--out", "o"]);
+    let read = |name: &str| fs::read(folder.path().join("o").join(name)).unwrap();
+    let (flown, drawn) = (read("summary.json"), read("standoff_distance.svg"));
+    let shown = standoff(folder.path(), &["show", "o", "--json"]);
+    assert_eq!((&shown.stdout, &read("summary.json")), (&run.stdout, &flown));
+
+    fs::remove_file(folder.path().join("o/truth.parquet")).unwrap();
+    let blind = standoff(folder.path(), &["show", "o", "--json"]);
+    assert!(text(&blind.stderr).contains("no truth table"));
+    assert!(read("standoff_distance.svg") == drawn, "the figure changed");
+    let (blind, flown): (Value, Value) =
+        (serde_json::from_slice(&blind.stdout).unwrap(), serde_json::from_slice(&flown).unwrap());
+    assert_eq!(blind["events"], flown["events"]);
+    assert!(blind["metrics"]["position_error_m"].is_null() && flown["metrics"]["position_error_m"].is_number());
+    let own_view = "standoff_tracking_error_m";
+    assert_eq!(blind["metrics"][own_view], flown["metrics"][own_view]);
+}
+
+#[test]
+fn any_traffic_file_flies_without_a_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut csv = "time_s,vehicle,x_m,y_m\n".to_owned();
+    for second in 0..60 {
+        csv += &format!("{second},lead,{},0\n{second},tail,{},10\n", 10 * second, 10 * second - 30);
+    }
+    fs::write(folder.path().join("two.csv"), csv).unwrap();
+    let output = standoff(folder.path(), &["run", "--traffic", "two.csv", "--uavs", "3", "--json"]);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&printed["scenario"], &printed["uavs"], &printed["targets"]), (&"two".into(), &3.into(), &2.into()));
+    assert_eq!(printed["metrics"]["out_of_view_fraction"], Value::from(0.0));
+    assert!(folder.path().join("standoff-out/two-1/trajectories.svg").exists());
+}
+
+#[test]
+fn wrong_input_is_refused_with_one_clear_message() {
+    check_refused(&["run", "bad.toml"], &["bad.toml:2:1: uavs.count = 0: must be at least 1 and at most 100"]);
+    check_refused(&["check", "bad.toml"], &["bad.toml:2:1: uavs.count = 0"]);
+    check_refused(&["run", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
+    check_refused(&["scenarios", "paper/table-9"], &["no built-in scenario of that name"]);
+    check_refused(&["run", "--traffic", "bad.xml"], &["bad.xml:2:"]);
+    check_refused(&["run", "--traffic", "none.xml"], &["none.xml", "No such file"]);
+    check_refused(&["run", "--traffic", "mine"], &["mine"]);
+    check_refused(&["run", "--uavs", "0"], &["uavs.count = 0"]);
+    check_refused(&["run", "--uavs", "two"], &["--uavs"]);
+    check_refused(&["run", "--set", "guidance.nonsense=1"], &["guidance.nonsense", "unknown field"]);
+    check_refused(
+        &["run", "--set", "orbit.radius_max_m=1"],
+        &["orbit.radius_max_m = 1", "not smaller than radius_min_m"],
+    );
+    check_refused(&["run", "--set", "sensor.field_of_view_deg=5"], &["field_of_view_margin_deg = 10", "below 5"]);
+    check_refused(&["run", "--out", "mine"], &["mine: holds something other than a run"]);
+    check_refused(&["show", "mine"], &["mine"]);
+    check_refused(&["show", "nowhere"], &["nowhere"]);
+    check_refused(&["fly"], &["fly"]);
+}
+
+#[test]
+fn check_says_what_is_good_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = standoff(folder.path(), &["check", "traffic/convoy"]);
+    assert_eq!(text(&output.stdout), "traffic/convoy: good (2 UAVs, 219.5 s)\n");
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn a_printed_scenario_can_be_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = standoff(folder.path(), &["scenarios", "tour/01-one-uav"]);
+    fs::write(folder.path().join("mine.toml"), &printed.stdout).unwrap();
+    let output = standoff(folder.path(), &["run", "mine.toml"]);
+    assert!(text(&output.stdout).contains("results in standoff-out/mine-1"));
+    assert!(text(&standoff(folder.path(), &["scenarios"]).stdout).contains("paper/table-2-pair "));
+}
+
+#[test]
+fn help_has_examples_and_the_version_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(
+        text(&standoff(folder.path(), &["--help"]).stdout).contains("standoff run --traffic city.fcd.xml.gz --uavs 2")
+    );
+    assert!(text(&standoff(folder.path(), &["run", "--help"]).stdout).contains("Examples:"));
+    assert_eq!(text(&standoff(folder.path(), &["--version"]).stdout), "standoff 0.1.0\n");
+}

@@ -1,0 +1,234 @@
+//! Missions flown end to end: what they promise, over several seeds.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use standoff::Position;
+use standoff_sim::record::{Frame, Manifest, Record, Writer};
+use standoff_sim::run::Mission;
+use standoff_sim::scenario::{Edits, Scenario};
+use standoff_sim::score::{Metrics, Rules, Scorer};
+use standoff_sim::world::World;
+
+fn edits(set: &[&str]) -> Edits {
+    Edits { set: set.iter().map(|value| (*value).to_owned()).collect(), ..Edits::default() }
+}
+
+fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
+    Scenario::load(name, &edits(set), seed).unwrap()
+}
+
+fn frames(scenario: &Scenario) -> Vec<Frame> {
+    let mut mission = Mission::new(scenario).unwrap();
+    std::iter::from_fn(|| mission.frame()).collect()
+}
+
+fn score(scenario: &Scenario, frames: &[Frame]) -> Metrics {
+    let mut scorer = Scorer::new(Rules::of(&scenario.settings));
+    frames.iter().for_each(|frame| scorer.frame(frame));
+    scorer.metrics()
+}
+
+fn fly(name: &str, set: &[&str], seed: u64) -> Metrics {
+    let scenario = load(name, set, seed);
+    score(&scenario, &frames(&scenario))
+}
+
+fn mean(values: impl Iterator<Item = Option<f64>>) -> f64 {
+    let values: Vec<f64> = values.map(Option::unwrap).collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn determinism_the_same_seed_gives_the_same_bits_and_another_seed_does_not() {
+    for name in ["paper/table-2-pair", "traffic/convoy"] {
+        let bits = |seed| format!("{:?}", frames(&load(name, &[], seed)));
+        assert_eq!(bits(4), bits(4));
+        assert_ne!(bits(4), bits(5));
+    }
+}
+
+/// Randomness is keyed: a second UAV changes neither the targets nor the first UAV's noise.
+#[test]
+fn determinism_another_uav_changes_nobody_elses_draws() {
+    let one = frames(&load("paper/table-2-single", &[], 2));
+    let two = frames(&load("paper/table-2-single", &["uavs.count=2"], 2));
+    for (one, two) in one.iter().zip(&two) {
+        assert_eq!(one.truth, two.truth);
+    }
+    // The UAVs fly elsewhere (they space themselves), so what is equal is the noise, not the measurement.
+    let noise_of_first = |frame: &Frame| -> BTreeMap<u32, f64> {
+        let uav = Position::from_m(frame.uavs[0].x_m, frame.uavs[0].y_m);
+        let of_first = frame.detections.iter().filter(|detection| detection.uav == 0);
+        let noise = of_first.map(|detection| {
+            let truth = &frame.truth[detection.target as usize];
+            (detection.target, detection.range_m - uav.distance_m(Position::from_m(truth.x_m, truth.y_m)))
+        });
+        noise.collect()
+    };
+    let mut compared = 0;
+    for (one, two) in one.iter().zip(&two) {
+        let (one, two) = (noise_of_first(one), noise_of_first(two));
+        for (target, noise) in &one {
+            if let Some(other) = two.get(target) {
+                assert!((noise - other).abs() < 1e-9);
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 700, "{compared} compared");
+}
+
+#[test]
+fn the_tour_starts_with_a_clean_orbit() {
+    let metrics = fly("tour/01-one-uav", &[], 1);
+    assert!(metrics.standoff_error_m_settled.unwrap() < 2.0, "{metrics:?}");
+    assert_eq!(metrics.out_of_view_fraction, Some(0.0));
+    assert_eq!(metrics.phase_error_deg, None);
+    let metrics = fly("tour/02-two-uavs", &[], 1);
+    assert!(metrics.phase_error_deg.unwrap() < 10.0, "{metrics:?}");
+    assert_eq!(metrics.out_of_view_fraction, Some(0.0));
+}
+
+/// Table II's order: two UAVs estimate better than one; the active measures cut the standoff error and the line of
+/// sight. Each difference is far outside the scatter of twelve seeds.
+#[test]
+fn paper_table_2_has_the_papers_order() {
+    let column = |name: &str| -> Vec<Metrics> { (1..=12).map(|seed| fly(name, &[], seed)).collect() };
+    let (single, basic, pair) =
+        (column("paper/table-2-single"), column("paper/table-2-pair-basic"), column("paper/table-2-pair"));
+    let position = |column: &[Metrics]| mean(column.iter().map(|m| m.position_error_m));
+    let velocity = |column: &[Metrics]| mean(column.iter().map(|m| m.velocity_error_m_s));
+    let standoff = |column: &[Metrics]| mean(column.iter().map(|m| m.standoff_tracking_error_m));
+    let line_of_sight = |column: &[Metrics]| mean(column.iter().map(|m| m.line_of_sight_deg));
+    assert!(position(&basic) < 0.85 * position(&single));
+    assert!(velocity(&basic) < 0.95 * velocity(&single));
+    assert!(standoff(&pair) < 0.65 * standoff(&basic), "{} against {}", standoff(&pair), standoff(&basic));
+    assert!(line_of_sight(&pair) < line_of_sight(&basic));
+    assert!(pair.iter().all(|metrics| metrics.out_of_view_fraction == Some(0.0)));
+}
+
+/// The filter is consistent on targets drawn from its own model: its error squared is what its covariance says.
+#[test]
+fn stat_the_filter_is_consistent() {
+    let anees = mean((1..=30).map(|seed| fly("paper/table-2-pair", &[], seed).anees));
+    assert!((0.95..=1.05).contains(&anees), "{anees}");
+}
+
+/// And the check can fail: a filter that believes in half the noise is caught.
+#[test]
+fn stat_a_wrong_noise_is_caught() {
+    let set = ["filter.range_sd_m=7.0", "filter.bearing_sd_deg=2.1"];
+    let anees = mean((1..=10).map(|seed| fly("paper/table-2-pair", &set, seed).anees));
+    assert!(anees > 1.3, "{anees}");
+}
+
+#[test]
+fn a_convoy_stays_in_view_and_its_comings_and_goings_are_told() {
+    for seed in 1..=5 {
+        let scenario = load("traffic/convoy", &[], seed);
+        let frames = frames(&scenario);
+        let metrics = score(&scenario, &frames);
+        assert_eq!(metrics.out_of_view_fraction, Some(0.0), "seed {seed}");
+        assert_eq!(metrics.uncovered_fraction, Some(0.0), "seed {seed}");
+        let events: Vec<_> = frames.iter().flat_map(|frame| &frame.events).collect();
+        let count = |kind: &str| events.iter().filter(|event| event.kind == kind).count();
+        assert_eq!((count("cued"), count("acquired")), (6, 6), "seed {seed}: {events:?}");
+        assert_eq!(count("lost"), 1, "the car that leaves is given up, nobody else; seed {seed}: {events:?}");
+    }
+}
+
+#[test]
+fn three_uavs_share_an_orbit_evenly() {
+    let set = ["uavs.count=3", "duration_s=200"];
+    let metrics = fly("tour/02-two-uavs", &set, 1);
+    assert!(metrics.phase_error_deg.unwrap() < 25.0, "{metrics:?}");
+    assert!(metrics.separation_min_m.unwrap() > 100.0, "{metrics:?}");
+}
+
+#[test]
+fn clockwise_is_as_good_as_anticlockwise() {
+    let metrics = fly("tour/02-two-uavs", &["guidance.sense=clockwise"], 1);
+    assert!(metrics.standoff_tracking_error_m_settled.unwrap() < 15.0, "{metrics:?}");
+}
+
+#[test]
+fn targets_faster_than_the_uavs_are_reported_and_do_no_harm() {
+    let scenario = load("tour/01-one-uav", &["targets.at=[{vx_m_s=70.0}]"], 1);
+    let frames = frames(&scenario);
+    assert!(frames.iter().any(|frame| frame.uavs[0].centre_too_fast));
+    assert!(frames.iter().any(|frame| frame.events.iter().any(|event| event.kind == "orbit-infeasible")));
+    let metrics = score(&scenario, &frames);
+    assert!(metrics.infeasible_fraction.unwrap() > 0.5);
+}
+
+/// Writes the frames as a record, and opens it.
+fn record(scenario: &Scenario, frames: &[Frame], dir: &Path) -> Record {
+    let manifest =
+        Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), scenario.settings.period.s());
+    let mut writer = Writer::create(dir, &manifest, &scenario.resolved).unwrap();
+    frames.iter().for_each(|frame| writer.frame(frame).unwrap());
+    writer.finish(&World::names(scenario)).unwrap();
+    Record::open(dir).unwrap()
+}
+
+/// Scores come from the record alone; without the truth table there are none, and everything else is still there.
+#[test]
+fn the_record_holds_all_that_scores_need_and_truth_is_one_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("run");
+    let scenario = load("paper/table-2-pair", &[], 6);
+    let flown = frames(&scenario);
+    let record = record(&scenario, &flown, &dir);
+
+    let again = Scenario::load(record.dir().join("scenario.toml").to_str().unwrap(), &Edits::default(), 6).unwrap();
+    let read: Vec<Frame> = record.frames().unwrap().map(Result::unwrap).collect();
+    assert_eq!(read, flown);
+    assert_eq!(score(&again, &read), score(&scenario, &flown));
+    assert_eq!(frames(&again), flown, "the resolved scenario and the seed give the same run");
+
+    std::fs::remove_file(dir.join("truth.parquet")).unwrap();
+    let blind = Record::open(&dir).unwrap();
+    assert!(!blind.has_truth());
+    let read: Vec<Frame> = blind.frames().unwrap().map(Result::unwrap).collect();
+    let metrics = score(&again, &read);
+    assert_eq!((metrics.position_error_m, metrics.standoff_error_m, metrics.anees), (None, None, None));
+    assert!(metrics.standoff_tracking_error_m.is_some());
+    for (blind, seen) in read.iter().zip(&flown) {
+        assert_eq!((&blind.uavs, &blind.tracks, &blind.groups), (&seen.uavs, &seen.tracks, &seen.groups));
+    }
+}
+
+fn shared_data() -> Option<PathBuf> {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    data.is_dir().then_some(data)
+}
+
+/// Real traffic: stop and go, splits, dropouts, a GNSS log at 10 Hz, longitude and latitude. Group members stay in view.
+#[test]
+fn real_traffic_flies() {
+    let Some(data) = shared_data() else {
+        println!("no ../shared/data here");
+        return;
+    };
+    let files = [
+        "bologna_stopgo.fcd.xml.gz",
+        "bologna_stopgo.geo.fcd.xml.gz",
+        "bologna_split.fcd.xml.gz",
+        "bologna_handoff_a.fcd.xml.gz",
+        "hersfeld_split.fcd.xml.gz",
+        "cats_5veh_stopgo_1118_5.csv.gz",
+        "cats_4veh_regroup_1124_5.csv.gz",
+        "bologna_all_traffic_box.fcd.xml.gz",
+    ];
+    for file in files {
+        let edits = Edits { traffic: Some(data.join(file)), uavs: Some(2), ..Edits::default() };
+        let scenario = Scenario::load("traffic/convoy", &edits, 1).unwrap();
+        let metrics = score(&scenario, &frames(&scenario));
+        println!("{file}: {metrics:?}");
+        assert!(metrics.out_of_view_fraction.unwrap() < 0.01, "{file}: {metrics:?}");
+        assert!(metrics.position_error_m.unwrap() < 10.0, "{file}: {metrics:?}");
+    }
+}

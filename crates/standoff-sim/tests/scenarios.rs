@@ -1,0 +1,191 @@
+//! Scenario files: what is accepted, what is refused, and how.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::fs;
+
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Targets};
+
+/// Loads a scenario of this text.
+fn load(text: &str) -> Result<Scenario, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    fs::write(&path, text).unwrap();
+    let error = |error: standoff_sim::scenario::ScenarioError| {
+        error.to_string().replace(&folder.path().display().to_string(), "")
+    };
+    Scenario::load(path.to_str().unwrap(), &Edits::default(), 1).map_err(error)
+}
+
+fn check_error(text: &str, expected: &str) {
+    assert_eq!(load(text).expect_err(text), expected);
+}
+
+fn set(values: &[&str]) -> Edits {
+    Edits { set: values.iter().map(|value| (*value).to_owned()).collect(), ..Edits::default() }
+}
+
+const TARGET: &str = "[[targets.at]]\nx_m = 1.0\n";
+
+#[test]
+fn every_built_in_scenario_loads_without_a_warning() {
+    for scenario in BUILT_IN {
+        let loaded = Scenario::load(scenario.name, &Edits::default(), 1).unwrap();
+        assert_eq!((loaded.name.as_str(), loaded.warnings.len()), (scenario.name, 0));
+        assert!(!loaded.about.is_empty());
+    }
+}
+
+/// The resolved text is a scenario itself, with nothing left to draw.
+#[test]
+fn the_resolved_scenario_resolves_to_itself() {
+    for scenario in BUILT_IN.iter().filter(|scenario| !scenario.name.starts_with("traffic/")) {
+        let first = Scenario::load(scenario.name, &Edits::default(), 9).unwrap();
+        let again = load(&first.resolved).unwrap();
+        assert_eq!(again.resolved, first.resolved, "{}", scenario.name);
+        assert_eq!((again.settings.team, again.uavs), (first.settings.team, first.uavs));
+    }
+}
+
+#[test]
+fn table_1_is_the_default() {
+    let scenario = load(TARGET).unwrap();
+    let table_1 = standoff::TeamParams::table_1();
+    assert_eq!(scenario.settings.team.uav, table_1.uav);
+    assert_eq!(scenario.settings.team.guidance, table_1.guidance);
+    assert_eq!(scenario.settings.team.group, table_1.group);
+    assert_eq!(scenario.settings.team.track.sensor, table_1.track.sensor);
+}
+
+#[test]
+fn a_distribution_is_drawn_from_the_seed() {
+    let draw = |seed| Scenario::load("paper/table-2-single", &Edits::default(), seed).unwrap().uavs;
+    assert_eq!(draw(1), draw(1));
+    assert_ne!(draw(1), draw(2));
+    let scenario = load("[uavs]\nspeed_m_s = { uniform = { min = 30.0, max = 31.0 } }\n[[targets.at]]\n").unwrap();
+    assert!(
+        (30.0..31.0).contains(&scenario.settings.team.uav.speed_m_s) && scenario.settings.team.uav.speed_m_s > 30.0
+    );
+}
+
+#[test]
+fn more_targets_leave_the_first_ones_alone() {
+    let start = |count: &str| {
+        let edits = set(&[&format!("targets.scatter.count={count}")]);
+        match Scenario::load("paper/table-2-pair", &edits, 1).unwrap().targets {
+            Targets::Random { start, .. } => start,
+            Targets::Traffic(_) => panic!("random targets expected"),
+        }
+    };
+    assert_eq!(start("7")[..4], start("4"));
+}
+
+#[test]
+fn unknown_keys_are_errors_with_line_and_column() {
+    check_error(
+        "[uavs]\ncount = 1\n  speeed_m_s = 40.0\n",
+        "/mine.toml:3:3: uavs.speeed_m_s: unknown field `speeed_m_s`, expected one of `speed_m_s`, \
+         `speed_change_max_m_s`, `turn_rate_max_rad_s`, `speed_lag_s`, `turn_rate_lag_s`, `count`, `integrator`, \
+         `ring`, `at`",
+    );
+}
+
+#[test]
+fn a_value_of_the_wrong_kind_is_an_error_with_line_and_column() {
+    check_error(
+        "[guidance]\nlead_s = \"long\"\n",
+        "/mine.toml:2:1: guidance.lead_s: invalid type: string \"long\", expected a number, \
+         { uniform = { min = .., max = .. } } or { normal = { mean = .., sd = .. } }",
+    );
+    check_error(
+        "[guidance]\nsense = \"left\"\n",
+        "/mine.toml:2:1: guidance.sense: unknown variant `left`, expected `anticlockwise` or `clockwise`",
+    );
+    check_error("duration_s = \n", "/mine.toml:1:14: string values must be quoted, expected literal string");
+}
+
+#[test]
+fn impossible_values_name_key_value_and_range() {
+    let with_target = |text: &str| format!("{text}\n{TARGET}");
+    check_error(
+        &with_target("[uavs]\ncount = 0"),
+        "/mine.toml:2:1: uavs.count = 0: must be at least 1 and at most 100",
+    );
+    check_error(
+        &with_target("[sensor]\nfield_of_view_deg = 10.0"),
+        "/mine.toml: orbit.field_of_view_margin_deg = 10: must be at least 0 and below 10 \
+         (the margin must leave some of the field of view)",
+    );
+    check_error(
+        &with_target("[orbit]\nradius_min_m = 800.0"),
+        "/mine.toml:1:2: orbit.radius_max_m = 700: must be at least 800 and at most 100000 \
+         (not smaller than radius_min_m)",
+    );
+    check_error(
+        &with_target("[orbit]\nradius_max_m = nan"),
+        "/mine.toml:2:1: orbit.radius_max_m = nan: must be a finite number",
+    );
+    check_error(
+        &with_target("[cue]\nposition_sd_m = { uniform = { min = 3.0, max = 2.0 } }"),
+        "/mine.toml:2:1: cue.position_sd_m: must be uniform between finite bounds, min <= max, not 3 and 2",
+    );
+    check_error(
+        "duration_s = 10.0\n",
+        "/mine.toml: targets: no targets; give [targets.scatter], [[targets.at]] or [traffic]",
+    );
+    check_error(
+        &with_target("[traffic]\nfile = \"a.xml\""),
+        "/mine.toml:1:2: [targets] and [traffic] exclude each other; keep one",
+    );
+}
+
+#[test]
+fn everything_out_of_range_is_reported_at_once() {
+    let error = load(&format!("period_s = 0.0\n[guidance]\nradial_gain = 2.0\nseparation_deg = 200.0\n{TARGET}"));
+    let lines: Vec<_> = error.unwrap_err().lines().map(str::to_owned).collect();
+    assert_eq!(
+        lines,
+        [
+            "/mine.toml:1:1: period_s = 0: must be at least 0.01 and at most 10",
+            "/mine.toml:3:1: guidance.radial_gain = 2: must be at least 0.001 and at most 1",
+            "/mine.toml:4:1: guidance.separation_deg = 200: must be at least 0 and at most 180",
+        ]
+    );
+}
+
+#[test]
+fn the_command_line_changes_values_and_is_blamed_for_them() {
+    let good = Scenario::load("paper/table-2-pair", &set(&["guidance.radial_gain=0.5", "guidance.sense=clockwise"]), 1);
+    assert!((good.unwrap().settings.team.guidance.radial_gain - 0.5).abs() < 1e-12);
+    let error = |values: &[&str]| Scenario::load("paper/table-2-pair", &set(values), 1).unwrap_err().to_string();
+    assert_eq!(
+        error(&["guidance.radial_gain=5"]),
+        "command line: guidance.radial_gain = 5: must be at least 0.001 and at most 1"
+    );
+    assert_eq!(error(&["radial_gain"]), "--set: \"radial_gain\": must be KEY=VALUE, like guidance.radial_gain=0.5");
+    assert!(error(&["duration_s.x=5"]).contains("goes through something that is not a table"));
+}
+
+#[test]
+fn euler_at_table_1_is_warned_of() {
+    let scenario = Scenario::load("paper/table-2-pair", &set(&["uavs.integrator=euler"]), 1).unwrap();
+    assert_eq!(scenario.warnings.len(), 1);
+    assert!(scenario.warnings[0].contains("modulus 1.000"), "{}", scenario.warnings[0]);
+}
+
+#[test]
+fn a_traffic_error_points_into_the_traffic_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let traffic = folder.path().join("city.xml");
+    fs::write(&traffic, "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"a\" x=\"?\" y=\"1\"/>\n").unwrap();
+    let edits = Edits { traffic: Some(traffic.clone()), ..Edits::default() };
+    let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
+    assert!(error.starts_with(&format!("{}:3:", traffic.display())), "{error}");
+    assert!(error.contains("x = \"?\" is not a number"), "{error}");
+}
+
+#[test]
+fn an_unknown_name_lists_the_built_in_ones() {
+    let error = Scenario::load("paper/table-3", &Edits::default(), 1).unwrap_err().to_string();
+    assert!(error.contains("no such scenario") && error.contains("paper/table-2-pair"), "{error}");
+}

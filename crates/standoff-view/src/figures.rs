@@ -1,0 +1,100 @@
+//! Static figures of a run: five SVG documents drawn from one pass over its frames.
+//!
+//! The run is read as a stream and kept as small, thinned curves, so that neither memory nor the size
+//! of a figure grows with the length of the run. The same frames always give the same bytes.
+
+mod chart;
+mod curve;
+mod gather;
+mod line_of_sight;
+mod phase;
+mod speed_and_turn_rate;
+mod standoff_distance;
+#[cfg(test)]
+mod tests;
+mod trajectories;
+
+use chart::Drawn;
+use gather::Run;
+use standoff_sim::record::Frame;
+
+/// What the figures need to know of a run beyond its frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// Caption of every figure.
+    pub title: String,
+    /// Full field of view of a sensor, rad.
+    pub field_of_view_rad: f64,
+    /// Slowest speed of a UAV, m/s.
+    pub speed_min_m_s: f64,
+    /// Fastest speed of a UAV, m/s.
+    pub speed_max_m_s: f64,
+    /// Largest turn rate of a UAV, rad/s.
+    pub turn_rate_max_rad_s: f64,
+    /// Smallest standoff distance allowed, m.
+    pub radius_min_m: f64,
+    /// Largest standoff distance allowed, m.
+    pub radius_max_m: f64,
+    /// Phase separation wanted between the two UAVs of one orbit, rad.
+    pub separation_rad: f64,
+}
+
+/// One finished figure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// File name without its extension.
+    pub name: &'static str,
+    /// The SVG document.
+    pub svg: String,
+}
+
+/// Why there are no figures.
+#[derive(Debug, thiserror::Error)]
+pub enum FigureError<E> {
+    /// The run holds no instant.
+    #[error("the run holds no frames, so there is nothing to draw")]
+    NoFrames,
+    /// A frame could not be read.
+    #[error("a frame of the run could not be read")]
+    Frame(#[source] E),
+    /// The SVG writer refused a shape.
+    #[error("figure `{figure}` could not be drawn: {reason}")]
+    Draw {
+        /// Name of the figure.
+        figure: &'static str,
+        /// What the writer said.
+        reason: String,
+    },
+}
+
+type Draw = fn(&Run, &Setup) -> Drawn<String>;
+
+/// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase` (only where two UAVs
+/// share an orbit at some instant), `line_of_sight` and `speed_and_turn_rate`, in this order.
+///
+/// Values that are not finite or beyond any physical size are taken as missing.
+pub fn figures<E>(
+    frames: impl Iterator<Item = Result<Frame, E>>,
+    setup: &Setup,
+) -> Result<Vec<Figure>, FigureError<E>> {
+    let mut run = Run::default();
+    for frame in frames {
+        run.add(&frame.map_err(FigureError::Frame)?);
+    }
+    if run.frames == 0 {
+        return Err(FigureError::NoFrames);
+    }
+    let mut pages: Vec<(&'static str, Draw)> = vec![
+        ("trajectories", trajectories::draw),
+        ("standoff_distance", standoff_distance::draw),
+        ("phase", phase::draw),
+        ("line_of_sight", line_of_sight::draw),
+        ("speed_and_turn_rate", speed_and_turn_rate::draw),
+    ];
+    pages.retain(|(name, _)| *name != "phase" || !run.separations.is_empty());
+    let finish = |(name, draw): (_, Draw)| match draw(&run, setup) {
+        Ok(svg) => Ok(Figure { name, svg }),
+        Err(error) => Err(FigureError::Draw { figure: name, reason: error.to_string() }),
+    };
+    pages.into_iter().map(finish).collect()
+}

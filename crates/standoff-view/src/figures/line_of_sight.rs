@@ -1,0 +1,37 @@
+//! Figure `line_of_sight`: whether every member of the group lies within each UAV's field of view.
+
+use super::Setup;
+use super::chart::{Drawn, level, of_uavs, over_time};
+use super::curve::{Point, usable};
+use super::gather::{Run, place};
+use standoff::{Angle, math::atan2};
+use standoff_sim::record::{Frame, TrackRow, UavRow};
+use std::collections::BTreeMap;
+
+/// The members of each group and where they are: truly, or as estimated in a run without any truth.
+pub(super) fn members(frame: &Frame) -> Vec<(u32, Point)> {
+    let truth: BTreeMap<u32, Point> = frame.truth.iter().map(|row| (row.target, (row.x_m, row.y_m))).collect();
+    let member = |track: &TrackRow| {
+        let estimate = (track.state[0], track.state[3]);
+        // A track without a true target is nothing to look at: the target has left.
+        let (x, y) = if truth.is_empty() { estimate } else { *truth.get(&track.target)? };
+        Some((track.group?, place(x, y)?))
+    };
+    frame.tracks.iter().filter_map(member).collect()
+}
+
+/// Largest angle between the UAV's boresight and a member of its group, rad.
+pub(super) fn widest(row: &UavRow, members: &[(u32, Point)]) -> Option<f64> {
+    let (group, boresight) = (row.group?, Angle::from_rad(usable(row.boresight_rad?)?));
+    let (east, north) = place(row.x_m, row.y_m)?;
+    let own = members.iter().filter(|member| member.0 == group);
+    own.map(|(_, (x, y))| (Angle::from_rad(atan2(y - north, x - east)) - boresight).abs_rad()).reduce(f64::max)
+}
+
+/// Draws the figure.
+pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<String> {
+    let mut lines = of_uavs(run, 1.25, true, |uav| &uav.off_boresight);
+    lines.push(level(run, (setup.field_of_view_rad / 2.0).to_degrees(), Some("edge of field of view")));
+    let panel = ("Largest angle off boresight (°)", Some(0.0), lines);
+    over_time(run, "Line of sight to the outermost member of the group", &setup.title, [panel])
+}

@@ -1,0 +1,3 @@
+//! Views of a finished run: static figures for a report.
+
+pub mod figures;

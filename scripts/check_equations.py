@@ -1,0 +1,554 @@
+#!/usr/bin/env python3
+"""Recompute a flown record from the paper's equations, in plain NumPy, and compare number by number.
+
+Usage: check_equations.py <record folder>
+
+An implementation of its own of H. Oh, S. Kim, H.-S. Shin, A. Tsourdos, "Coordinated Standoff Tracking of Moving
+Target Groups Using Multiple UAVs", 2015: a number in parentheses is an equation of that paper, read as docs/ledger.md
+says; notation as in docs/notation.md, metrics as in docs/metrics.md. It reads the record and nothing else.
+
+Prints one line per quantity: the largest difference over all instants, the tolerance, and how many numbers were
+compared. A difference is relative to the recorded number, or absolute where that is below 1 (of covariances: relative
+to the two standard deviations). Exits with 1 and a message if a tolerance is exceeded. Needs requirements.txt.
+
+Not checked: who belongs to a group and which tracks are lost (both taken as recorded), the first estimate of each
+track (it comes from a cue, which the record does not hold), the drawing of the scenario, UAVs without a group.
+"""
+
+import json
+import sys
+import tomllib
+from collections import defaultdict
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas
+from scipy.integrate import solve_ivp
+from scipy.linalg import block_diag, expm
+
+AXES = ["x", "vx", "ax", "y", "vy", "ay"]
+POSITION, VELOCITY = [0, 3], [1, 4]
+SENSE = {"anticlockwise": 1.0, "clockwise": -1.0}
+ROUNDING = 1e-9  # the same algebra in another order
+STATISTICS = 5.0  # standard deviations by which a variance over a whole run may be off
+
+
+def main(arguments):
+    if len(arguments) != 1:
+        print(__doc__.strip(), file=sys.stderr)
+        return 2
+    record, compare = Record(Path(arguments[0])), Comparison()
+    check_kinematics(record, compare)
+    check_target_model(record, compare)
+    check_tracks(record, compare)
+    check_groups(record, compare)
+    check_guidance(record, compare)
+    if record.truth:
+        check_measurements(record, compare)
+        check_metrics(record, compare)
+    return compare.report(record.folder)
+
+
+class Record:
+    """A record's tables as {time: {id: row}}; what does not exist is None."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
+        self.metrics = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["metrics"]
+        self.period = self.scenario["period_s"]
+        self.uavs = self.by_instant("uavs", "uav")
+        self.truth = self.by_instant("truth", "target") if (folder / "truth.parquet").exists() else None
+        self.tracks = self.by_instant("tracks", "target")
+        self.groups = self.by_instant("groups", "group")
+        self.detections = self.by_instant("detections", "uav", "target")
+        self.events = pandas.read_parquet(folder / "events.parquet")
+        self.times = sorted(self.uavs)
+
+    def by_instant(self, table, *key):
+        instants = defaultdict(dict)
+        for values in pandas.read_parquet(self.folder / f"{table}.parquet").to_dict("records"):
+            row = SimpleNamespace(**{name: None if pandas.isna(value) else value for name, value in values.items()})
+            if table in ["uavs", "truth", "tracks", "groups"]:
+                row.position = np.array([row.x_m, row.y_m])
+            if table in ["truth", "tracks", "groups"]:
+                row.velocity = np.array([row.vx_m_s, row.vy_m_s])
+            if table in ["truth", "tracks"]:
+                row.state = np.array([row.x_m, row.vx_m_s, row.ax_m_s2, row.y_m, row.vy_m_s, row.ay_m_s2], float)
+            if table == "tracks":
+                row.p = np.zeros((6, 6))
+                for i, a in enumerate(AXES):
+                    for j, b in list(enumerate(AXES))[i:]:
+                        row.p[i, j] = row.p[j, i] = values[f"cov_{a}_{b}"]
+            instants[row.time_us][tuple(values[k] for k in key) if key[1:] else values[key[0]]] = row
+        return instants
+
+    def members(self, time, group):
+        """The tracks of a group's members, by target."""
+        return {target: row for target, row in self.tracks[time].items() if row.group == group}
+
+
+class Comparison:
+    """The largest difference of each quantity."""
+
+    def __init__(self):
+        self.lines = {}
+
+    def __call__(self, what, recorded, computed, scale=None, tolerance=ROUNDING):
+        """Compares numbers; None equals only None."""
+        if recorded is None or computed is None:
+            off = np.array(0.0 if recorded is computed else np.inf)
+        else:
+            recorded = np.asarray(recorded, float)
+            off = np.abs(computed - recorded) / (np.maximum(np.abs(recorded), 1.0) if scale is None else scale)
+        largest, _, count = self.lines.get(what, (0.0, tolerance, 0))
+        self.lines[what] = (np.maximum(largest, np.max(off, initial=0.0)), tolerance, count + off.size)
+
+    def angle(self, what, recorded, computed):
+        """Compares angles the short way round."""
+        known = recorded is not None and computed is not None
+        self(what, recorded, recorded + wrap(computed - recorded) if known else computed)
+
+    def report(self, folder):
+        wrong = [what for what, (largest, tolerance, _) in self.lines.items() if not largest <= tolerance]
+        for what, (largest, tolerance, count) in self.lines.items():
+            verdict = "  WRONG" if what in wrong else ""
+            print(f"{what:50} {largest:8.1e}  (tolerance {tolerance:.1e}, {count} numbers){verdict}")
+        if wrong:
+            print(f"{folder}: differs from the equations: {'; '.join(wrong)}", file=sys.stderr)
+        return 1 if wrong else 0
+
+
+def wrap(angle):
+    """To (-pi, pi]."""
+    return np.pi - (np.pi - angle) % (2.0 * np.pi)
+
+
+def direction(vector):
+    return np.arctan2(vector[1], vector[0])
+
+
+def unit(angle):
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def equation_1(states, commands, uavs):
+    """Rates of position, heading, speed and turn rate, with first-order lags; one column per UAV and instant."""
+    _, _, heading, speed, turn_rate = states
+    return np.array([speed * np.cos(heading), speed * np.sin(heading), turn_rate,
+                     (commands[0] - speed) / uavs["speed_lag_s"], (commands[1] - turn_rate) / uavs["turn_rate_lag_s"]])
+
+
+def check_kinematics(record, compare):
+    uavs, period, times = record.scenario["uavs"], record.period, record.times
+    compare("instants are a period apart", np.diff(times) / 1e6, period)
+    pairs = [(record.uavs[a][uav], row) for a, b in zip(times, times[1:]) for uav, row in record.uavs[b].items()]
+    names = ["x_m", "y_m", "heading_rad", "speed_m_s", "turn_rate_rad_s"]
+    before, after = (np.array([[getattr(pair[i], name) for pair in pairs] for name in names]) for i in [0, 1])
+    commands = np.array([[a.speed_command_m_s, a.turn_rate_command_rad_s] for a, _ in pairs]).T
+    if uavs["integrator"] == "euler":
+        which, computed = "(4) Euler step", before + period * equation_1(before, commands, uavs)
+    else:
+        solution = solve_ivp(lambda _, flat: equation_1(flat.reshape(5, -1), commands, uavs).ravel(), (0.0, period),
+                             before.ravel(), method="DOP853", rtol=1e-13, atol=1e-12)
+        which, computed = "(1) kinematics", solution.y[:, -1].reshape(5, -1)
+    compare(f"{which}: position", after[:2], computed[:2])
+    compare.angle(f"{which}: heading", after[2], computed[2])
+    compare(f"{which}: speed and turn rate", after[3:], computed[3:])
+    over = np.abs(commands.T - [uavs["speed_m_s"], 0.0]) - [uavs["speed_change_max_m_s"], uavs["turn_rate_max_rad_s"]]
+    compare("(2, 3) commands within their limits", 0.0, np.maximum(over, 0.0).max())
+
+
+def equations_5_6(model, period):
+    """F and Q of both axes, by van Loan's matrix exponential."""
+    alpha, sd = model["correlation_rate_1_s"], model["acceleration_sd_m_s2"]
+    a = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -alpha]])
+    noise = np.diag([0.0, 0.0, 2.0 * alpha * sd**2])
+    power = expm(np.block([[-a, noise], [np.zeros((3, 3)), a.T]]) * period)
+    f = power[3:, 3:].T
+    return block_diag(f, f), block_diag(f @ power[:3, 3:], f @ power[:3, 3:])
+
+
+def check_target_model(record, compare):
+    model, period = record.scenario["filter"], record.period
+    alpha = model["correlation_rate_1_s"]
+    decay = np.exp(-alpha * period)
+    printed = [[1.0, period, (decay + alpha * period - 1.0) / alpha**2], [0.0, 1.0, (1.0 - decay) / alpha],
+               [0.0, 0.0, decay]]
+    f, q = equations_5_6(model, period)
+    compare("(6) printed F against the matrix exponential", printed, f[:3, :3])
+    half_f, half_q = equations_5_6(model, period / 2)
+    compare("(5) Q of two half steps against a whole one", half_f @ half_q @ half_f.T + half_q, q)
+    if "targets" not in record.scenario or not record.truth:
+        return
+    # Random targets move by the same equations, with parameters of their own.
+    f, q = equations_5_6(record.scenario["targets"], period)
+    noise = np.array([row.state - f @ record.truth[a][target].state for a, b in zip(record.times, record.times[1:])
+                      for target, row in record.truth[b].items() if target in record.truth[a]])
+    if not q.any():
+        compare("(5) targets without noise", noise, 0.0)
+    elif len(noise):
+        mean_square = np.mean(np.einsum("ti,ij,tj->t", noise, inverse(q), noise)) / 6
+        compare("(5) variance of the targets' noise (statistics)", 1.0, mean_square,
+                tolerance=STATISTICS * np.sqrt(2.0 / noise.size))
+
+
+def equation_7(uav, target):
+    """Range and azimuth from UAV to target."""
+    return np.array([np.hypot(*(target - uav)), direction(target - uav)])
+
+
+def in_view(sensor, uav, target):
+    """Within half the field of view of the boresight and within sensing range."""
+    distance, azimuth = equation_7(uav.position, target.position)
+    off = abs(wrap(azimuth - uav.boresight_rad))
+    return off <= np.radians(sensor["field_of_view_deg"]) / 2 and distance <= sensor["sensing_range_m"]
+
+
+def check_measurements(record, compare):
+    sensor, residuals = record.scenario["sensor"], []
+    for before, time in zip([None, *record.times], record.times):
+        truth, expected = record.truth[time], set()
+        for uav, row in record.uavs[time].items():
+            if row.boresight_rad is not None:
+                expected |= {(uav, target) for target in truth if in_view(sensor, row, truth[target])}
+            centre = record.groups[before].get(record.uavs[before][uav].group) if before is not None else None
+            if centre is not None:
+                ahead = centre.position + centre.velocity * record.period
+                compare.angle("section II: boresight", row.boresight_rad, direction(ahead - row.position))
+        compare("(7) targets in view not detected, or others", 0, len(set(record.detections[time]) ^ expected))
+        for uav, target in set(record.detections[time]) & expected:
+            measured = record.detections[time][uav, target]
+            distance, azimuth = equation_7(record.uavs[time][uav].position, truth[target].position)
+            residuals.append([measured.range_m - distance, wrap(measured.bearing_rad - azimuth)])
+    sds = [sensor["range_sd_m"], np.radians(sensor["bearing_sd_deg"])]
+    for name, sd, values in zip(["range", "azimuth"], sds, np.array(residuals).reshape(-1, 2).T):
+        if sd == 0.0:
+            compare(f"(7) {name} without noise", values, 0.0)
+        elif len(values):
+            compare(f"(7) variance of the {name}'s noise (statistics)", 1.0, np.mean((values / sd) ** 2),
+                    tolerance=STATISTICS * np.sqrt(2.0 / len(values)))
+
+
+def inverse(p):
+    """Of a covariance or information matrix, scaled first: its entries span many orders of magnitude."""
+    sds = np.sqrt(np.diag(p))
+    return np.linalg.inv(p / np.outer(sds, sds)) / np.outer(sds, sds)
+
+
+def equations_8_9(y, information, f, q):
+    """Prediction of information vector and matrix."""
+    p = inverse(information)
+    predicted = inverse(f @ p @ f.T + q)
+    return predicted @ f @ p @ y, predicted
+
+
+def equations_10_11(y, information, looks, sensor):
+    """Update with everything measured of one target at one instant: (UAV's position, range and azimuth)."""
+    x = inverse(information) @ y
+    r_inverse = np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2])
+    for uav, z in looks:
+        (dx, dy), (distance, azimuth) = x[POSITION] - uav, equation_7(uav, x[POSITION])
+        if distance < 1.0:
+            continue  # as docs/ledger.md says: the Jacobian runs away
+        h = np.zeros((2, 6))
+        h[:, POSITION] = [[dx / distance, dy / distance], [-dy / distance**2, dx / distance**2]]
+        innovation = np.array([z[0] - distance, wrap(z[1] - azimuth)])
+        y = y + h.T @ r_inverse @ (innovation + h @ x)
+        information = information + h.T @ r_inverse @ h
+    return y, information
+
+
+def check_tracks(record, compare):
+    """Runs the filters on from each track's first estimate; they are never set back to the record."""
+    model, filters = record.scenario["filter"], {}
+    f, q = equations_5_6(model, record.period)
+    for time in record.times:
+        previous, filters = filters, {}
+        for target, row in record.tracks[time].items():
+            if target not in previous:
+                filters[target] = inverse(row.p) @ row.state, inverse(row.p)
+                continue
+            looks = [(record.uavs[time][uav].position, (z.range_m, z.bearing_rad))
+                     for (uav, seen), z in record.detections[time].items() if seen == target]
+            y, information = equations_10_11(*equations_8_9(*previous[target], f, q), looks, model)
+            filters[target] = y, information
+            sds = np.sqrt(np.diag(row.p))
+            compare("(8, 10) state of a track", row.state, inverse(information) @ y)
+            compare("(9, 11) covariance of a track", row.p, inverse(information), scale=np.outer(sds, sds))
+            compare("track held exactly when measured", row.status == "held", bool(looks))
+
+
+def section_2c(centre, p, f, q, z, r):
+    """Kalman filter of the centre, covariance form: the new centre, its P, and the innovation's distance (16)."""
+    centre, p = f @ centre, f @ p @ f.T + q
+    innovation, p_position = z - centre[POSITION], p[np.ix_(POSITION, POSITION)]
+    gain = p[:, POSITION] @ np.linalg.inv(p_position + r)
+    margin = innovation @ np.linalg.inv(p_position) @ innovation
+    return centre + gain @ innovation, p - gain @ p[POSITION, :], margin
+
+
+def shift(record, before, time, group, f):
+    """What a change of members alone moves the members' mean, all else as it is now."""
+    old, new = record.members(before, group), record.members(time, group)
+    if set(old) == set(new):
+        return np.zeros(6)
+    # An old member that is no longer a live track is where it is predicted to be.
+    tracks = record.tracks[time]
+    old_now = [tracks[target].state if target in tracks else f @ row.state for target, row in old.items()]
+    return np.mean([row.state for row in new.values()], axis=0) - np.mean(old_now, axis=0)
+
+
+def margin_in_metres(sds, toward, furthest, members):
+    """Standard deviations of the furthest member's position relative to the mean, along the line to it."""
+    # The furthest counts (1 - 1/n) times in that difference, every other member -1/n times.
+    weights = {target: float(target == furthest) - 1 / len(members) for target in members}
+    relative = sum(weights[target] ** 2 * row.p[np.ix_(POSITION, POSITION)] for target, row in members.items())
+    return sds * np.sqrt(toward @ relative @ toward)
+
+
+def equation_15(scenario, spread, spread_rate, margin):
+    """Standoff distance unclamped, clamped, and its rate."""
+    orbit = scenario["orbit"]
+    sine = np.sin(np.radians(scenario["sensor"]["field_of_view_deg"] - orbit["field_of_view_margin_deg"]) / 2)
+    unclamped = (spread + margin) / sine
+    clamped = np.clip(unclamped, orbit["radius_min_m"], orbit["radius_max_m"])
+    return unclamped, clamped, spread_rate / sine if clamped == unclamped else 0.0
+
+
+def equation_27(uavs, centre_speed, rate):
+    """Smallest radius, as printed and about a centre that moves; None for a centre as fast as the UAV."""
+    v, turn_rate = uavs["speed_m_s"], uavs["turn_rate_max_rad_s"]
+    return max((v - rate) / turn_rate, (v + centre_speed) ** 2 / (v * turn_rate)) if centre_speed < v else None
+
+
+def check_groups(record, compare):
+    """Runs the centres' filters on the recorded tracks; they are never set back to the record."""
+    scenario, centres = record.scenario, {}
+    orbit = scenario["orbit"]
+    f, q = equations_5_6(scenario["filter"], record.period)
+    for before, time in zip([None, *record.times], record.times):
+        previous, centres = centres, {}
+        for group, row in record.groups[time].items():
+            members = record.members(time, group)
+            compare("number of members", row.members, len(members))
+            mean = np.mean([track.state for track in members.values()], axis=0)
+            mean_p = sum(track.p for track in members.values()) / len(members) ** 2
+            if group in previous:
+                centre, p = previous[group]
+                if orbit["on_membership_change"] == "shift":
+                    centre = centre + shift(record, before, time, group, f)
+                centre, p, margin = section_2c(centre, p, f, q, mean[POSITION], mean_p[np.ix_(POSITION, POSITION)])
+            else:
+                centre, p, margin = mean, mean_p, 0.0
+            centres[group] = centre, p
+            compare("section II.C: group centre", row.position, centre[POSITION])
+            compare("section II.C: velocity of the centre", row.velocity, centre[VELOCITY])
+
+            distances = {target: np.hypot(*(track.position - centre[POSITION])) for target, track in members.items()}
+            furthest = max(distances, key=distances.get)
+            spread, furthest_row = distances[furthest], members[furthest]
+            toward = unit(direction(furthest_row.position - centre[POSITION]))
+            spread_rate = toward @ (furthest_row.velocity - centre[VELOCITY])
+            if orbit["margin"] != "mahalanobis":
+                margin = margin_in_metres(orbit["margin_sds"], toward, furthest, members)
+            unclamped, clamped, rate = equation_15(scenario, spread, spread_rate, margin)
+            compare("(15) spread d_max", row.spread_m, spread)
+            compare(f"(16) margin d_m, {orbit['margin']}", row.margin_m, margin)
+            compare("(15) standoff distance, unclamped", row.standoff_unclamped_m, unclamped)
+            compare("(15) standoff distance r_d", row.standoff_distance_m, clamped)
+            compare("(15) rate of r_d", row.standoff_rate_m_s, rate)
+            limit = equation_27(scenario["uavs"], np.hypot(*row.velocity), row.standoff_rate_m_s)
+            compare("(27) and moving centre: smallest radius", row.turn_limit_m, limit)
+            needed = max(unclamped, orbit["radius_min_m"], np.inf if limit is None else limit)
+            allowed = min(orbit["radius_max_m"], scenario["sensor"]["sensing_range_m"] - spread)
+            compare("some orbit satisfies every constraint", row.feasible, needed <= allowed)
+
+
+def equations_13_20_22(scenario, uav_rel_centre, radius, rate):
+    """Direction of the flown field (a unit vector), and the radius steered for."""
+    guidance, orbit = scenario["guidance"], scenario["orbit"]
+    virtual = np.clip(radius + guidance["lead_s"] * rate, orbit["radius_min_m"], orbit["radius_max_m"])
+    r, outward = np.hypot(*uav_rel_centre), unit(direction(uav_rel_centre))
+    along = SENSE[guidance["sense"]] * np.array([-outward[1], outward[0]])
+    field = -(r**2 - virtual**2) / guidance["radial_gain"] * outward + 2 * r * virtual * along
+    return field / np.hypot(*field), virtual
+
+
+def equations_28_29(field, centre_velocity, speed):
+    """Velocity over ground, and whether the centre is too fast for the field."""
+    # |alpha field + centre velocity| = speed, for a field of unit length; the larger root.
+    b = field @ centre_velocity
+    discriminant = b**2 - centre_velocity @ centre_velocity + speed**2
+    if discriminant >= 0.0 and np.sqrt(discriminant) >= b:
+        return centre_velocity + (np.sqrt(discriminant) - b) * field, False
+    # No positive root. The best direction: to the point of the ray that is nearest to what can be reached.
+    best = centre_velocity + max(-b, 0.0) * field
+    return speed * best / np.hypot(*best), True
+
+
+def equation_25(guidance, r, radius, rate, speed):
+    """Feedforward as printed; or exact, the derivative of the field's heading along the field (13)."""
+    cubed = radius * r**2 if guidance["feedforward"] == "printed" else radius**3
+    turn_rate = 4 * speed * cubed / (r**2 + radius**2) ** 2 - 2 * r * rate / (r**2 + radius**2)
+    return SENSE[guidance["sense"]] * turn_rate
+
+
+def flown_feedforward(scenario, uav_rel_centre, centre_velocity, radius, rate, speed):
+    """Derivative of the desired heading along what is really flown, by central differences of fourth order."""
+
+    def over_ground(t, relative_velocity):
+        at = uav_rel_centre + t * relative_velocity
+        field, _ = equations_13_20_22(scenario, at, radius + t * rate, rate)
+        return equations_28_29(field, centre_velocity, speed)[0]
+
+    def change(t):
+        return wrap(direction(over_ground(t, flown)) - direction(over_ground(-t, flown)))
+
+    flown, h = over_ground(0.0, np.zeros(2)) - centre_velocity, 1e-4
+    return (8 * change(h) - change(2 * h)) / (12 * h)
+
+
+def equation_35(guidance, phases, own, radius, speed):
+    """Speed that holds a pair at theta_d and more UAVs evenly spaced; before limits."""
+    # How far ahead each mate is, in [0, 2 pi]; of two at the same phase the lower id is behind.
+    ahead = {uav: SENSE[guidance["sense"]] * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
+    ahead = [2 * np.pi if gap == 0.0 and uav < own else gap for uav, gap in ahead.items()]
+    if not ahead:
+        return speed
+    nearest, behind = min(ahead), 2 * np.pi - max(ahead)
+    if len(ahead) == 1:
+        wanted = np.radians(guidance["separation_deg"])
+        lag = nearest - wanted if nearest <= np.pi else wanted - behind
+    else:
+        lag = (nearest - behind) / 2  # half-way between its neighbours
+    return speed + guidance["spacing_gain_1_s"] * lag * radius
+
+
+def lemma_3_1(r, radial_speed, radius, rate):
+    """Threshold xi_th, with (17): while it is not negative, the UAV converges to the orbit."""
+    return (r * radial_speed - radius * rate) * np.sign(radius - r)
+
+
+def check_guidance(record, compare):
+    scenario = record.scenario
+    guidance, uavs = scenario["guidance"], scenario["uavs"]
+    turn_rate_max, change_max = uavs["turn_rate_max_rad_s"], uavs["speed_change_max_m_s"]
+    for time in record.times:
+        serving = {uav: row for uav, row in record.uavs[time].items() if row.group is not None}
+        for uav, row in serving.items():
+            group = record.groups[time][row.group]
+            relative, radius, rate = row.position - group.position, group.standoff_distance_m, group.standoff_rate_m_s
+            r, phase = equation_7(group.position, row.position)
+            compare("(12) distance r from the centre", row.centre_distance_m, r)
+            compare.angle("(35) phase", row.phase_rad, phase)
+
+            phases = {mate: direction(other.position - group.position) for mate, other in serving.items()
+                      if other.group == row.group}
+            wanted = equation_35(guidance, phases, uav, radius, uavs["speed_m_s"])
+            speed = np.clip(wanted, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
+            compare("(35, 2) speed command", row.speed_command_m_s, speed)
+            compare("(2) speed limited", row.speed_limited, speed != wanted)
+
+            field, virtual = equations_13_20_22(scenario, relative, radius, rate)
+            over_ground, too_fast = equations_28_29(field, group.velocity, speed)
+            desired = direction(over_ground)
+            compare("(22) radius steered for", row.steered_distance_m, virtual)
+            compare.angle("(13, 20, 23, 28, 29) desired heading", row.desired_heading_rad, desired)
+            compare("(29) centre too fast", row.centre_too_fast, too_fast)
+
+            if guidance["feedforward"] == "flown":
+                feedforward = flown_feedforward(scenario, relative, group.velocity, radius, rate, speed)
+            else:
+                feedforward = equation_25(guidance, r, radius, rate, speed)
+            compare(f"(25) feedforward, {guidance['feedforward']}", row.feedforward_rad_s, feedforward)
+            turn_rate = -guidance["heading_gain_1_s"] * wrap(row.heading_rad - desired) + feedforward
+            limited = np.clip(turn_rate, -turn_rate_max, turn_rate_max)
+            compare("(24, 3) turn rate command", row.turn_rate_command_rad_s, limited)
+            compare("(3) turn rate limited", row.turn_rate_limited, turn_rate != limited)
+            # The radial speed is the one flown, relative to the centre.
+            threshold = lemma_3_1(r, (over_ground - group.velocity) @ unit(phase), radius, rate)
+            compare("Lemma 3.1: threshold", row.convergence_threshold_m2_s, threshold)
+
+
+def check_metrics(record, compare):
+    """Every metric of the summary, by its definition in docs/metrics.md."""
+    samples, hidden = defaultdict(list), []
+    for time in record.times:
+        track_samples(record, time, samples)
+        orbit_samples(record, time, samples)
+        if hidden or any(row.boresight_rad is not None for row in record.uavs[time].values()):
+            hidden.append(view_samples(record, time, samples))
+    metrics = {name: np.mean(values) for name, values in samples.items() if values}
+    metrics["line_of_sight_max_deg"] = max(samples["line_of_sight_deg"], default=None)
+    metrics["separation_min_m"] = min(samples["separation_min_m"], default=None)
+    metrics["discards"] = np.sum(record.events.kind == "discarded")
+    metrics["handoffs"] = np.sum(record.events.kind == "handoff-completed")
+    streak, longest = {}, 0
+    for targets in hidden:
+        streak = {target: streak.get(target, 0) + 1 for target in targets}
+        longest = max([longest, *streak.values()])
+    metrics["out_of_view_longest_s"] = longest * record.period
+    for name in sorted({*metrics, *record.metrics}):
+        compare(f"metric {name}", record.metrics.get(name), metrics.get(name))
+
+
+def track_samples(record, time, samples):
+    for target, truth in record.truth[time].items():
+        track = record.tracks[time].get(target)
+        covered = track is not None and track.group is not None
+        samples["uncovered_fraction"].append(not covered)
+        if track is not None:
+            samples["position_error_all_m"].append(np.hypot(*(track.position - truth.position)))
+        if covered:
+            samples["position_error_m"].append(np.hypot(*(track.position - truth.position)))
+            samples["velocity_error_m_s"].append(np.hypot(*(track.velocity - truth.velocity)))
+            known = np.flatnonzero(np.isfinite(truth.state))
+            error = (track.state - truth.state)[known]
+            samples["anees"].append(error @ inverse(track.p[np.ix_(known, known)]) @ error / len(known))
+
+
+def orbit_samples(record, time, samples):
+    scenario, truth, groups = record.scenario, record.truth[time], record.groups[time]
+    settled = ["", "_settled"] if time / 1e6 >= scenario["settle_s"] else [""]
+    for row in record.uavs[time].values():
+        samples["infeasible_fraction"].append(row.group is not None and not groups[row.group].feasible)
+        samples["turn_rate_saturated_fraction"].append(row.turn_rate_limited)
+    for group, orbit in groups.items():
+        uavs = [row.position for row in record.uavs[time].values() if row.group == group]
+        samples["separation_min_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
+        members = [truth[target].position for target in record.members(time, group) if target in truth]
+        centroid = np.mean(members, axis=0) if members else None
+        spread = max([np.hypot(*(member - centroid)) for member in members], default=None)
+        for uav in uavs:
+            own = abs(np.hypot(*(uav - orbit.position)) - orbit.standoff_distance_m)
+            true = abs(np.hypot(*(uav - centroid)) - equation_15(scenario, spread, 0.0, 0.0)[1]) if members else None
+            for suffix in settled:
+                samples[f"standoff_tracking_error_m{suffix}"].append(own)
+                samples[f"standoff_error_m{suffix}"] += [true] if members else []
+        if members and len(uavs) > 1:
+            phases = np.sort([np.degrees(direction(uav - centroid)) for uav in uavs])
+            gaps, wanted = np.diff(phases, append=phases[0] + 360.0), 360.0 / len(uavs)
+            if len(uavs) == 2:
+                gaps, wanted = [min(gaps)], scenario["guidance"]["separation_deg"]
+            samples["phase_error_deg"] += [abs(gap - wanted) for gap in gaps]
+
+
+def view_samples(record, time, samples):
+    """Gives the group members that no UAV has in view."""
+    truth, sensor = record.truth[time], record.scenario["sensor"]
+    looking = [row for row in record.uavs[time].values() if row.boresight_rad is not None]
+    for row in looking:
+        members = record.members(time, row.group) if row.group is not None else {}
+        azimuths = [direction(truth[target].position - row.position) for target in members if target in truth]
+        if azimuths:
+            samples["line_of_sight_deg"].append(np.degrees(max(abs(wrap(np.array(azimuths) - row.boresight_rad)))))
+    members = [target for target, row in record.tracks[time].items() if row.group is not None and target in truth]
+    out = [target for target in members if not any(in_view(sensor, row, truth[target]) for row in looking)]
+    samples["out_of_view_fraction"] += [target in out for target in members]
+    return out
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
