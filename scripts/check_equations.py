@@ -413,7 +413,8 @@ def flown_feedforward(scenario, uav_rel_centre, centre_velocity, radius, rate, s
 def equation_35(guidance, phases, own, radius, speed):
     """Speed that holds a pair at theta_d and more UAVs evenly spaced; before limits."""
     # How far ahead each mate is, in [0, 2 pi]; of two at the same phase the lower id is behind.
-    ahead = {uav: SENSE[guidance["sense"]] * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
+    sign = SENSE[guidance["sense"]]
+    ahead = {uav: sign * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
     ahead = [2 * np.pi if gap == 0.0 and uav < own else gap for uav, gap in ahead.items()]
     if not ahead:
         return speed

@@ -189,3 +189,66 @@ fn an_unknown_name_lists_the_built_in_ones() {
     let error = Scenario::load("paper/table-3", &Edits::default(), 1).unwrap_err().to_string();
     assert!(error.contains("no such scenario") && error.contains("paper/table-2-pair"), "{error}");
 }
+
+/// Every key that a resolved scenario spells out is on the reference page, and every example there loads.
+#[test]
+fn the_reference_page_has_every_key() {
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
+    let blocks: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert_eq!(blocks.len(), 4);
+    let keys = |text: &str| -> Vec<String> {
+        let mut table = String::new();
+        let mut keys = Vec::new();
+        for line in text.lines() {
+            if let Some(header) = line.strip_prefix('[') {
+                table = header.split(']').next().unwrap().trim_start_matches('[').to_owned();
+            } else if let Some((key, _)) = line.split_once(" = ") {
+                keys.push(format!("{table}.{key}"));
+            }
+        }
+        keys
+    };
+    let on_page: Vec<String> = blocks.iter().flat_map(|block| keys(block)).collect();
+    for block in &blocks[..3] {
+        let resolved = load(block).unwrap().resolved;
+        for key in keys(&resolved) {
+            assert!(on_page.contains(&key), "{key} is not on the page");
+        }
+    }
+    let traffic = Scenario::load("traffic/convoy", &set(&["traffic.gap_s=1.25"]), 1).unwrap().resolved;
+    for key in keys(&traffic) {
+        assert!(on_page.contains(&key), "{key} is not on the page");
+    }
+    for key in keys(blocks[3]) {
+        assert!(keys(&traffic).contains(&key), "{key} is not known");
+    }
+}
+
+/// The defaults on the reference page are the defaults.
+#[test]
+fn the_reference_page_tells_the_defaults() {
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
+    let full = page.split("```toml\n").nth(2).unwrap().split("```").next().unwrap();
+    let (page, bare) = (load(full).unwrap().settings, load(TARGET).unwrap().settings);
+    assert_eq!((page.duration, page.period, page.settle), (bare.duration, bare.period, bare.settle));
+    assert_eq!(
+        (page.team.uav, page.team.guidance, page.team.group),
+        (bare.team.uav, bare.team.guidance, bare.team.group)
+    );
+    assert_eq!((page.noise, page.cue), (bare.noise, bare.cue));
+    assert_eq!(page.team.track.sensor, bare.team.track.sensor);
+}
+
+#[test]
+fn a_count_may_be_drawn_and_must_be_whole() {
+    let count = |seed: u64| {
+        let edits = set(&["targets.scatter.count={ uniform = { min = 2, max = 9 } }"]);
+        match Scenario::load("paper/table-2-pair", &edits, seed).unwrap().targets {
+            Targets::Random { start, .. } => start.len(),
+            Targets::Traffic(_) => 0,
+        }
+    };
+    let counts: Vec<_> = (1..=20).map(count).collect();
+    assert!(counts.iter().all(|count| (2..=9).contains(count)) && counts.iter().any(|count| *count != counts[0]));
+    check_error(&format!("[uavs]\ncount = 1.5\n{TARGET}"), "/mine.toml:2:1: uavs.count = 1.5: must be a whole number");
+}
