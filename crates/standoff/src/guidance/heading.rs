@@ -12,9 +12,9 @@
 
 use crate::angle::Angle;
 use crate::frame::{Position, Velocity};
-use crate::guidance::moving_centre::{self, OverGround};
+use crate::guidance::moving_centre;
 use crate::guidance::standoff_distance::virtual_distance_m;
-use crate::guidance::vector_field::{Sense, VectorField, convergence_threshold_m2_s};
+use crate::guidance::vector_field::{PolarMotion, Sense, VectorField, convergence_threshold_m2_s};
 use crate::param::{Allowed, ParamError};
 use crate::uav::UavState;
 
@@ -112,13 +112,26 @@ pub struct Steering {
 pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
     let uav_rel_centre = uav.position - orbit.centre;
     let r_m = uav_rel_centre.length_m();
-    let steered_distance_m =
-        virtual_distance_m(orbit.distance_m, orbit.rate_m_s, params.lead_s).clamp(orbit.bounds_m.0, orbit.bounds_m.1);
+    let led_m = virtual_distance_m(orbit.distance_m, orbit.rate_m_s, params.lead_s);
+    let steered_distance_m = led_m.clamp(orbit.bounds_m.0, orbit.bounds_m.1);
+    // A radius held at its bound does not change, whatever r_d does.
+    let is_bounded = led_m < orbit.bounds_m.0 || led_m > orbit.bounds_m.1;
+    let steered_rate_m_s = if is_bounded { 0.0 } else { orbit.rate_m_s };
     let field = VectorField { radius_m: steered_distance_m, radial_gain: params.radial_gain, sense: params.sense };
     let flown = moving_centre::over_ground(field.heading(uav_rel_centre), orbit.centre_velocity, speed_m_s);
-    let feedforward_rad_s = feedforward_rad_s(params.feedforward, &field, orbit, &flown, r_m, speed_m_s);
+    let motion = if flown.centre_too_fast {
+        let over_ground = Velocity::from_polar(speed_m_s, flown.heading);
+        PolarMotion::of(uav_rel_centre, over_ground - orbit.centre_velocity)
+    } else {
+        field.motion_along(r_m, flown.relative_speed_m_s)
+    };
+    let feedforward_rad_s = match params.feedforward {
+        // Differentiating at constant centre velocity and speed.
+        Feedforward::Flown => field.turn_rate_rad_s(r_m, motion, steered_rate_m_s) * flown.heading_per_field_heading,
+        Feedforward::Exact => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
+        Feedforward::Printed => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, r_m),
+    };
     let heading_error = uav.heading - flown.heading;
-    let r_rate_m_s = field.flown_radial_speed_m_s(r_m, flown.relative_speed_m_s);
     Steering {
         turn_rate_rad_s: -params.heading_gain_1_s * heading_error.rad() + feedforward_rad_s,
         desired_heading: flown.heading,
@@ -126,34 +139,24 @@ pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: 
         centre_distance_m: r_m,
         phase: uav_rel_centre.direction(),
         steered_distance_m,
-        convergence_threshold_m2_s: convergence_threshold_m2_s(r_m, r_rate_m_s, orbit.distance_m, orbit.rate_m_s),
+        convergence_threshold_m2_s: convergence_threshold_m2_s(
+            r_m,
+            motion.r_rate_m_s,
+            orbit.distance_m,
+            orbit.rate_m_s,
+        ),
         centre_too_fast: flown.centre_too_fast,
     }
 }
 
-fn feedforward_rad_s(
-    form: Feedforward,
-    field: &VectorField,
-    orbit: &Orbit,
-    flown: &OverGround,
-    r_m: f64,
-    speed_m_s: f64,
-) -> f64 {
-    let (r, r_d, v, rate) = (r_m, orbit.distance_m, speed_m_s, orbit.rate_m_s);
+/// Turn rate of the anticlockwise field (13) about a centre at rest, rad/s. The exact form has r_d three times in the
+/// numerator; the printed one has r in place of two of them.
+///
+/// Implements Eq. (25), printed with `twice_m` = r, exact with `twice_m` = r_d.
+fn at_rest_rad_s(r_m: f64, orbit: &Orbit, speed_m_s: f64, twice_m: f64) -> f64 {
+    let (r, r_d, v) = (r_m, orbit.distance_m, speed_m_s);
     let square_sum = r * r + r_d * r_d;
-    let from_rate = 2.0 * r * rate / square_sum;
-    match form {
-        Feedforward::Printed => field.sense.sign() * (4.0 * v * r_d * r * r / (square_sum * square_sum) - from_rate),
-        Feedforward::Exact => field.sense.sign() * (4.0 * v * r_d * r_d * r_d / (square_sum * square_sum) - from_rate),
-        // While the centre outruns the UAV the heading is a chase, which turns with the centre alone.
-        Feedforward::Flown if flown.centre_too_fast || flown.along_field_m_s <= 0.0 => 0.0,
-        Feedforward::Flown => {
-            // With u along the field, psi_d points along v_c + s u; differentiating at constant v_c and v gives
-            // psi_d' = phi' s / (v cos(psi_d - phi)), and v cos(psi_d - phi) is the component along the field.
-            let s = flown.relative_speed_m_s;
-            field.turn_rate_rad_s(r, s, rate) * s / flown.along_field_m_s
-        }
-    }
+    4.0 * v * r_d * twice_m * twice_m / (square_sum * square_sum) - 2.0 * r * orbit.rate_m_s / square_sum
 }
 
 #[cfg(test)]
@@ -215,35 +218,47 @@ mod tests {
         assert!((at(Feedforward::Exact, 300.0) - at(Feedforward::Printed, 300.0)).abs() < 1e-12);
     }
 
+    /// The flown feedforward beside the derivative of psi_d along the flown velocity, by central differences.
+    fn flown_and_differentiated(params: &GuidanceParams, r_m: f64, at_start: Orbit) -> (f64, f64) {
+        let state = uav(r_m, Angle::ZERO);
+        let here = steer(params, &state, &at_start, 40.0);
+        let heading_at = |t: f64| {
+            let position = state.position + Velocity::from_polar(40.0, here.desired_heading) * t;
+            let orbit = Orbit {
+                centre: at_start.centre + at_start.centre_velocity * t,
+                distance_m: at_start.distance_m + at_start.rate_m_s * t,
+                ..at_start
+            };
+            steer(params, &UavState { position, ..state }, &orbit, 40.0).desired_heading
+        };
+        let h = 1e-4;
+        (here.feedforward_rad_s, (heading_at(h) - heading_at(-h)).rad() / (2.0 * h))
+    }
+
     /// Checks Eq. (25) in its flown form: the derivative of psi_d along the flown velocity with k_l, a lead, a moving
-    /// centre, a changing radius and both senses, by central differences.
+    /// centre, a changing radius and both senses; also with the lead at its bound, and with a centre faster than the UAV.
     #[test]
     fn the_flown_feedforward_is_the_derivative_of_the_desired_heading() {
-        let centre_velocity = Velocity::from_m_s(9.0, -5.0);
-        let rate = 3.0;
+        let slow = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
+        let bounded = Orbit { distance_m: 695.0, rate_m_s: 8.0, ..slow };
+        let fast = orbit(Velocity::from_m_s(-50.0, 20.0), 3.0);
         for sense in [Sense::Anticlockwise, Sense::Clockwise] {
-            for r in [80.0, 290.0, 310.0, 600.0] {
-                let params = GuidanceParams { sense, radial_gain: 0.2, lead_s: 3.0, ..params(Feedforward::Flown) };
-                let state = uav(r, Angle::ZERO);
-                let here = steer(&params, &state, &orbit(centre_velocity, rate), 40.0);
-                let heading_at = |t: f64| {
-                    let moved = UavState {
-                        position: state.position + Velocity::from_polar(40.0, here.desired_heading) * t,
-                        ..state
-                    };
-                    let orbit = orbit(centre_velocity, rate);
-                    let orbit = Orbit {
-                        centre: orbit.centre + centre_velocity * t,
-                        distance_m: orbit.distance_m + rate * t,
-                        ..orbit
-                    };
-                    steer(&params, &moved, &orbit, 40.0).desired_heading
-                };
-                let h = 1e-4;
-                let difference = (heading_at(h) - heading_at(-h)).rad() / (2.0 * h);
-                assert!((here.feedforward_rad_s - difference).abs() < 1e-5, "r {r}: {here:?} {difference}");
+            let params = GuidanceParams { sense, radial_gain: 0.2, lead_s: 3.0, ..params(Feedforward::Flown) };
+            for r_m in [80.0, 290.0, 310.0, 600.0] {
+                for orbit in [slow, bounded, fast] {
+                    let (got, expected) = flown_and_differentiated(&params, r_m, orbit);
+                    assert!((got - expected).abs() < 1e-5, "r {r_m}, {orbit:?}: {got} {expected}");
+                }
             }
         }
+    }
+
+    /// Checks Lemma 3.1's threshold where the field cannot be flown: a centre that runs away is not converged to.
+    #[test]
+    fn falling_behind_is_not_convergence() {
+        let state = uav(600.0, Angle::from_deg(180.0));
+        let got = steer(&params(Feedforward::Flown), &state, &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0), 40.0);
+        assert!(got.centre_too_fast && got.convergence_threshold_m2_s < 0.0, "{got:?}");
     }
 
     #[test]

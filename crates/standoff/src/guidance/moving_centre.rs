@@ -20,8 +20,8 @@ pub struct OverGround {
     /// Speed relative to the centre along the field, alpha_s |v_field|, m/s; 0 where there is no root.
     #[doc(alias = "alpha_s")]
     pub relative_speed_m_s: f64,
-    /// Half the distance between the roots over |v_field|, m/s: the component of the flown velocity along the field.
-    pub along_field_m_s: f64,
+    /// How much the heading turns with the field: the derivative of one with respect to the other, at constant speeds.
+    pub heading_per_field_heading: f64,
     /// The centre is so fast that the field cannot be flown; the heading is the best there is.
     pub centre_too_fast: bool,
 }
@@ -35,14 +35,21 @@ pub fn over_ground(field_heading: Angle, centre_velocity: Velocity, speed_m_s: f
     let drift = along.vector().dot(&centre_velocity.vector());
     let centre_speed_m_s = centre_velocity.speed_m_s();
     let discriminant = drift * drift + speed_m_s * speed_m_s - centre_speed_m_s * centre_speed_m_s;
-    let root = discriminant.max(0.0).sqrt() - drift;
+    // Half the distance between the roots; also the component of the flown velocity along the field.
+    let half_gap = discriminant.max(0.0).sqrt();
+    let root = half_gap - drift;
     let centre_too_fast = discriminant < 0.0 || root <= 0.0;
     let reach = if centre_too_fast { (-drift).max(0.0) } else { root };
     let flown = centre_velocity + Velocity::from_polar(reach, field_heading);
     OverGround {
         heading: flown.direction(),
         relative_speed_m_s: if centre_too_fast { 0.0 } else { root },
-        along_field_m_s: discriminant.max(0.0).sqrt(),
+        heading_per_field_heading: match centre_too_fast {
+            // v psi_d' cos(psi_d - phi) = s phi', from differentiating v_c + s u = v d; the cosine is half_gap / v.
+            false if half_gap > 0.0 => root / half_gap,
+            // At right angles to the field, it turns with it; in a chase, it turns with the centre alone.
+            _ => f64::from(reach > 0.0),
+        },
         centre_too_fast,
     }
 }
@@ -73,8 +80,10 @@ mod tests {
             let flown = centre_velocity + Velocity::from_polar(got.relative_speed_m_s, field);
             prop_assert!((flown.speed_m_s() - 40.0).abs() < 1e-9);
             prop_assert!((flown.direction() - got.heading).abs_rad() < 1e-9);
-            let along = flown.vector().dot(&Velocity::from_polar(1.0, field).vector());
-            prop_assert!((along - got.along_field_m_s).abs() < 1e-9);
+            let h = 1e-6;
+            let turned = |by: f64| over_ground(field + Angle::from_rad(by), centre_velocity, 40.0).heading;
+            let slope = (turned(h) - turned(-h)).rad() / (2.0 * h);
+            prop_assert!((slope - got.heading_per_field_heading).abs() < 1e-3 * (1.0 + slope.abs()));
         }
 
         #[test]
@@ -98,7 +107,16 @@ mod tests {
     fn a_centre_that_runs_away_is_chased() {
         let got = over_ground(Angle::from_deg(10.0), Velocity::from_m_s(60.0, 0.0), 40.0);
         assert!(got.centre_too_fast);
-        assert_eq!(got.heading, Angle::ZERO);
+        assert_eq!((got.heading, got.heading_per_field_heading), (Angle::ZERO, 0.0));
+    }
+
+    #[test]
+    fn against_a_centre_that_is_too_fast_the_heading_turns_with_the_field() {
+        let heading = |deg: f64| over_ground(Angle::from_deg(deg), Velocity::from_m_s(60.0, 0.0), 40.0);
+        let (before, after) = (heading(119.0), heading(121.0));
+        assert!(before.centre_too_fast && after.centre_too_fast);
+        assert!(((after.heading - before.heading).deg() - 2.0).abs() < 1e-9);
+        assert!((before.heading_per_field_heading - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -78,29 +78,60 @@ impl VectorField {
         -(speed_m_s / self.radial_gain) * (r2 - r_d2) / (r2 + r_d2)
     }
 
-    /// Radial speed of a UAV that flies along the field at `speed_m_s` relative to the centre, m/s, positive outward.
-    pub fn flown_radial_speed_m_s(&self, r_m: f64, speed_m_s: f64) -> f64 {
+    /// Motion relative to the centre of a UAV that flies along the field at `speed_m_s` relative to it; finite at r = 0.
+    pub fn motion_along(&self, r_m: f64, speed_m_s: f64) -> PolarMotion {
         let (radial, tangential) = self.components(r_m);
-        speed_m_s * radial / math::hypot(radial, tangential)
+        let size = math::hypot(radial, tangential);
+        PolarMotion {
+            r_rate_m_s: speed_m_s * radial / size,
+            // The tangential component over r.
+            phase_rate_rad_s: speed_m_s * self.sense.sign() * 2.0 * self.radius_m / size,
+        }
     }
 
-    /// Rate at which the field's direction turns for a UAV that flies along it, rad/s.
+    /// Rate at which the field's direction turns under a UAV that moves so, rad/s, while the radius changes at
+    /// `radius_rate_m_s`.
     ///
-    /// `speed_m_s` is relative to the centre; `radius_rate_m_s` is the rate of `radius_m`. Implements Eq. (25) made
-    /// exact: with k_l = 1 it is `4 v r_d^3 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)`.
-    pub fn turn_rate_rad_s(&self, r_m: f64, speed_m_s: f64, radius_rate_m_s: f64) -> f64 {
+    /// Implements Eq. (25) made exact: for a UAV that flies along the field, with k_l = 1, it is
+    /// `4 v r_d^3 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)`.
+    pub fn turn_rate_rad_s(&self, r_m: f64, motion: PolarMotion, radius_rate_m_s: f64) -> f64 {
         let (r, r_d, k, sign) = (r_m, self.radius_m, self.radial_gain, self.sense.sign());
         let (radial, tangential) = self.components(r);
         let size = math::hypot(radial, tangential);
-        let r_rate = speed_m_s * radial / size;
-        // tangential / r, which is finite at r = 0.
-        let phase_rate = speed_m_s * sign * 2.0 * r_d / size;
-        let radial_rate = 2.0 * (r_d * radius_rate_m_s - r * r_rate) / k;
-        let tangential_rate = sign * 2.0 * (r_rate * r_d + r * radius_rate_m_s);
+        let radial_rate = 2.0 * (r_d * radius_rate_m_s - r * motion.r_rate_m_s) / k;
+        let tangential_rate = sign * 2.0 * (motion.r_rate_m_s * r_d + r * radius_rate_m_s);
         let inclination_rate = (radial / size) * (tangential_rate / size) - (tangential / size) * (radial_rate / size);
-        phase_rate + inclination_rate
+        motion.phase_rate_rad_s + inclination_rate
     }
 }
+
+/// How a UAV moves relative to a centre, in polar coordinates about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolarMotion {
+    /// Rate of the distance r, m/s, positive outward.
+    pub r_rate_m_s: f64,
+    /// Rate of the phase theta, rad/s, positive anticlockwise.
+    pub phase_rate_rad_s: f64,
+}
+
+impl PolarMotion {
+    /// From Cartesian ones. At the very centre, where there is no phase, nothing turns.
+    pub fn of(uav_rel_centre: Displacement, velocity_rel_centre: Velocity) -> Self {
+        let r_m = uav_rel_centre.length_m();
+        if r_m < SAME_PLACE_M {
+            return Self { r_rate_m_s: velocity_rel_centre.speed_m_s(), phase_rate_rad_s: 0.0 };
+        }
+        let outward = uav_rel_centre.vector() / r_m;
+        let velocity = velocity_rel_centre.vector();
+        Self {
+            r_rate_m_s: outward.dot(&velocity),
+            phase_rate_rad_s: (outward.x * velocity.y - outward.y * velocity.x) / r_m,
+        }
+    }
+}
+
+/// Closer than this a UAV is at the centre.
+const SAME_PLACE_M: f64 = 1e-3;
 
 /// Lyapunov function of the field, m4: zero on the circle.
 ///
@@ -173,7 +204,9 @@ mod tests {
         let f = field(300.0, 1.0, Sense::Anticlockwise);
         assert_eq!(f.heading(Position::ORIGIN - Position::ORIGIN), Angle::ZERO);
         assert!((f.heading(at(1e-6, 77.0)).deg() - 77.0).abs() < 1e-3);
-        assert!(f.turn_rate_rad_s(0.0, 40.0, 0.0).is_finite());
+        assert!(f.turn_rate_rad_s(0.0, f.motion_along(0.0, 40.0), 0.0).is_finite());
+        let overhead = PolarMotion::of(at(0.0, 0.0), Velocity::from_m_s(3.0, 4.0));
+        assert_eq!(overhead, PolarMotion { r_rate_m_s: 5.0, phase_rate_rad_s: 0.0 });
     }
 
     /// Checks Eq. (14): radial and tangential speeds of (13), and (20): the radial one divided by k_l.
@@ -183,7 +216,7 @@ mod tests {
         let plain = field(r_d, 1.0, Sense::Anticlockwise);
         let printed = -v * (r * r - r_d * r_d) / (r * r + r_d * r_d);
         assert!((plain.radial_speed_m_s(r, v) - printed).abs() < 1e-12);
-        assert!((plain.flown_radial_speed_m_s(r, v) - printed).abs() < 1e-9);
+        assert!((plain.motion_along(r, v).r_rate_m_s - printed).abs() < 1e-9);
         let steep = field(r_d, 0.2, Sense::Anticlockwise);
         assert!((steep.radial_speed_m_s(r, v) - printed / 0.2).abs() < 1e-9);
         // Longer than v: what is flown has its direction and the speed v.
@@ -210,7 +243,11 @@ mod tests {
                         field(300.0 + radius_rate * t, k_l, sense).heading(moved)
                     };
                     let difference = (heading_at(h) - heading_at(-h)).rad() / (2.0 * h);
-                    let got = f.turn_rate_rad_s(r, v, radius_rate);
+                    let motion = f.motion_along(r, v);
+                    let cartesian = PolarMotion::of(at(r, 40.0), f.velocity(at(r, 40.0), v));
+                    assert!((motion.r_rate_m_s - cartesian.r_rate_m_s).abs() < 1e-9);
+                    assert!((motion.phase_rate_rad_s - cartesian.phase_rate_rad_s).abs() < 1e-9);
+                    let got = f.turn_rate_rad_s(r, motion, radius_rate);
                     assert!((got - difference).abs() < 1e-5 * (1.0 + got.abs()), "r {r} k {k_l}: {got} {difference}");
                 }
             }
