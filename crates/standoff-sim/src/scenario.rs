@@ -1,6 +1,6 @@
 //! Scenarios: one file in, everything a run needs out: typed, drawn, checked, with no option left open.
 //!
-//! A scenario is TOML (see [`file`] for the keys). [`Scenario::load`] reads it, applies what the command line changes,
+//! A scenario is TOML (see [`mod@file`] for the keys). [`Scenario::load`] reads it, applies what the command line changes,
 //! draws what is given as a distribution, fills in the defaults and checks every range. The result holds its own text
 //! with every value spelt out, which the record keeps.
 
