@@ -1,5 +1,6 @@
 //! The outcome of a run: a table for people, a JSON object for programs.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
@@ -80,17 +81,31 @@ impl Outcome {
             text += format!("{topic:14} {what:37} {value:>9} {unit}").trim_end();
             text += "\n";
         }
-        if !self.events.is_empty() {
-            text += "\nevents\n";
+        text += &self.events_told();
+        text + &format!("\nresults in {}\n", out.display())
+    }
+}
+
+impl Outcome {
+    /// How many events of each kind, and the first of those that matter most: being cued and first measured is routine.
+    fn events_told(&self) -> String {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for event in &self.events {
+            *counts.entry(&event.kind).or_default() += 1;
         }
-        for event in self.events.iter().take(EVENTS_SHOWN) {
-            let who = event.target.as_deref().map(printable).unwrap_or_else(|| "group".to_owned());
+        let counts: Vec<String> = counts.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+        let mut text =
+            format!("\nevents         {}\n", if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
+        let telling: Vec<&Event> =
+            self.events.iter().filter(|event| event.kind != "cued" && event.kind != "acquired").collect();
+        for event in telling.iter().take(EVENTS_SHOWN) {
+            let who = event.target.as_deref().map_or_else(|| "group".to_owned(), printable);
             text += &format!("{:8.1} s  {:16} {who}: {}\n", event.time_s, event.kind, event.reason);
         }
-        if self.events.len() > EVENTS_SHOWN {
-            text += &format!("  and {} more in summary.json\n", self.events.len() - EVENTS_SHOWN);
+        if telling.len() > EVENTS_SHOWN {
+            text += &format!("  and {} more in summary.json\n", telling.len() - EVENTS_SHOWN);
         }
-        text + &format!("\nresults in {}\n", out.display())
+        text
     }
 }
 

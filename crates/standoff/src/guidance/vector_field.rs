@@ -79,6 +79,8 @@ impl VectorField {
     }
 
     /// Motion relative to the centre of a UAV that flies along the field at `speed_m_s` relative to it; finite at r = 0.
+    ///
+    /// Implements Eq. (14), both parts, rescaled to the speed where k_l is below 1.
     pub fn motion_along(&self, r_m: f64, speed_m_s: f64) -> PolarMotion {
         let (radial, tangential) = self.components(r_m);
         let size = math::hypot(radial, tangential);
