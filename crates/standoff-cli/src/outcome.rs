@@ -109,7 +109,8 @@ impl Outcome {
     }
 }
 
-fn count(n: usize, what: &str) -> String {
+/// `1 UAV`, `2 UAVs`.
+pub(crate) fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 

@@ -3,6 +3,7 @@
 use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in};
 
 use crate::failure::{Failure, note, print};
+use crate::outcome::count;
 
 /// Lists the built-in scenarios, or prints one.
 pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
@@ -27,5 +28,5 @@ pub(crate) fn check(file: &str) -> Result<(), Failure> {
     for warning in &scenario.warnings {
         note(&format!("warning: {file}: {warning}"));
     }
-    print(&format!("{file}: good ({} UAVs, {} s)\n", scenario.uavs.len(), scenario.settings.duration.s()))
+    print(&format!("{file}: good ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))
 }

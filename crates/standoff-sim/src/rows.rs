@@ -85,7 +85,7 @@ pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
             standoff_distance_m: group.standoff.distance_m,
             standoff_rate_m_s: group.standoff.rate_m_s,
             turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
-            feasible: group.feasible,
+            feasible: group.is_feasible(),
         }
     }));
 }

@@ -113,12 +113,12 @@ fn impossible_values_name_key_value_and_range() {
     );
     check_error(
         &with_target("[sensor]\nfield_of_view_deg = 10.0"),
-        "/mine.toml: orbit.field_of_view_margin_deg = 10: must be at least 0 and below 10 \
+        "/mine.toml:2:1: orbit.field_of_view_margin_deg = 10: must be at least 0 and below 10 \
          (the margin must leave some of the field of view)",
     );
     check_error(
         &with_target("[orbit]\nradius_min_m = 800.0"),
-        "/mine.toml:1:2: orbit.radius_max_m = 700: must be at least 800 and at most 100000 \
+        "/mine.toml:2:1: orbit.radius_max_m = 700: must be at least 800 and at most 100000 \
          (not smaller than radius_min_m)",
     );
     check_error(
@@ -251,4 +251,58 @@ fn a_count_may_be_drawn_and_must_be_whole() {
     let counts: Vec<_> = (1..=20).map(count).collect();
     assert!(counts.iter().all(|count| (2..=9).contains(count)) && counts.iter().any(|count| *count != counts[0]));
     check_error(&format!("[uavs]\ncount = 1.5\n{TARGET}"), "/mine.toml:2:1: uavs.count = 1.5: must be a whole number");
+}
+
+#[test]
+fn starts_out_of_this_world_are_refused_where_they_were_typed() {
+    check_error(
+        "[targets.scatter]\nx_m = { normal = { mean = 0.0, sd = 1e7 } }\n",
+        "/mine.toml:2:1: targets.scatter.x_m: up to -60000000: must be at least -10000000 and at most 10000000",
+    );
+    check_error(
+        "[[targets.at]]\nvx_m_s = 1e300\n",
+        "/mine.toml:2:1: targets.at.0.vx_m_s = 1e300: must be at least -1000 and at most 1000",
+    );
+    check_error(
+        &format!("[uavs.ring]\nspacing_deg = 1e300\n{TARGET}"),
+        "/mine.toml:2:1: uavs.ring.spacing_deg = 1e300: must be at least -1000000 and at most 1000000",
+    );
+    check_error(
+        &format!("[uavs.ring]\n[[uavs.at]]\n{TARGET}"),
+        "/mine.toml:1:7: uavs.ring: [uavs.ring] and [[uavs.at]] exclude each other; keep one",
+    );
+    check_error(
+        &format!("[sensor]\nsensing_range_m = 100.0\n{TARGET}"),
+        "/mine.toml:2:1: sensor.sensing_range_m = 100: must be above 250 \
+         (from the smallest orbit, radius_min_m, the centre must be seen)",
+    );
+}
+
+#[test]
+fn a_mistake_is_reported_once_and_the_command_line_is_blamed_for_its_own() {
+    check_error(
+        &format!("[sensor]\nrange_sd_m = 1e6\n{TARGET}"),
+        "/mine.toml:2:1: sensor.range_sd_m = 1000000: must be at least 0 and at most 100000",
+    );
+    let error = |values: &[&str]| Scenario::load("tour/01-one-uav", &set(values), 1).unwrap_err().to_string();
+    assert!(error(&["nope.key=1"]).starts_with("command line: nope: unknown field"), "{}", error(&["nope.key=1"]));
+    assert!(error(&["uavs.at=[{x_m=1,z=2}]"]).starts_with("command line: uavs.at"));
+}
+
+#[test]
+fn a_printed_or_recorded_traffic_scenario_still_finds_the_built_in_traffic() {
+    let scenario = Scenario::load("traffic/convoy", &Edits::default(), 1).unwrap();
+    let again = load(&scenario.resolved).unwrap();
+    assert_eq!((again.settings, again.uavs), (scenario.settings, scenario.uavs));
+}
+
+#[test]
+fn traffic_that_is_no_mission_is_refused_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let traffic = folder.path().join("short.csv");
+    fs::write(&traffic, "t,id,x,y\n0,a,0,0\n0.3,a,1,0\n").unwrap();
+    let edits = Edits { traffic: Some(traffic.clone()), ..Edits::default() };
+    let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
+    assert_eq!(error, format!("{}: spans 0.3 s; a mission needs at least one period_s of 0.5 s", traffic.display()));
+    check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");
 }

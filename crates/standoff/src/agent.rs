@@ -277,7 +277,9 @@ impl Agent {
         let error_rad =
             spacing_error_rad((self.id, phase(own.position)), others, guidance.separation_rad, guidance.sense);
         let nominal_m_s = self.params.uav.speed_m_s;
-        let wanted_m_s = spacing_speed_m_s(error_rad, guidance.spacing_gain_1_s, orbit.distance_m, nominal_m_s);
+        let centre_m_s = orbit.centre_velocity.speed_m_s();
+        let wanted_m_s =
+            spacing_speed_m_s(error_rad, guidance.spacing_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
         // The field is flown at the speed that the limits leave, so that (25) and (29) hold for it.
         let flown = self.params.uav.limit(Command { speed_m_s: wanted_m_s, turn_rate_rad_s: 0.0 });
         let steering = steer(guidance, own, &orbit, flown.command.speed_m_s);

@@ -128,9 +128,11 @@ impl Picture {
         let before = previous.groups.iter().find(|group| group.id == GROUP);
         let carried = before.map(|group| (group, previous.known.as_slice()));
         let Some(group) = Group::form(GROUP, &self.known, carried, news.transition, params) else { return };
-        if group.feasible != before.is_none_or(|group| group.feasible) {
-            let needed_m = group.standoff.unclamped_m.max(group.turn_limit_m);
-            let kind = if group.feasible { EventKind::OrbitFeasible } else { EventKind::OrbitInfeasible { needed_m } };
+        if group.is_feasible() != before.is_none_or(Group::is_feasible) {
+            let kind = match group.is_feasible() {
+                true => EventKind::OrbitFeasible,
+                false => EventKind::OrbitInfeasible { smallest_m: group.smallest_m, largest_m: group.largest_m },
+            };
             events.push(Event { kind, target: None, group: Some(GROUP) });
         }
         self.groups.push(group);

@@ -5,7 +5,7 @@ use crate::estimation::track::TrackParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams};
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::guidance::vector_field::Sense;
-use crate::param::ParamError;
+use crate::param::{Allowed, ParamError};
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
 use crate::uav::{Integrator, UavParams};
@@ -47,7 +47,7 @@ impl TeamParams {
             track: TrackParams {
                 target: TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.2 },
                 sensor,
-                lost_position_sd_m: 150.0,
+                lost_position_sd_m: 300.0,
                 lost_in_view_s: 5.0,
                 start_velocity_sd_m_s: 10.0,
             },
@@ -80,6 +80,9 @@ impl TeamParams {
         errors.extend(self.track.errors());
         errors.extend(self.group.errors());
         errors.extend(self.guidance.errors());
+        Allowed::above(self.group.standoff.radius_min_m)
+            .because("from the smallest orbit, radius_min_m, the centre must be seen")
+            .check("sensing_range_m", self.track.sensor.sensing_range_m, &mut errors);
         errors
     }
 }

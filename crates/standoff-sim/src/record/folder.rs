@@ -33,8 +33,9 @@ pub fn occupancy(dir: &Path) -> Occupancy {
     }
 }
 
-/// Makes the folder in which the record of `dir` grows, with the parents it needs.
-pub(super) fn make_partial(dir: &Path) -> Result<PathBuf, RecordError> {
+/// Makes the folder in which the record of `dir` grows, with the parents it needs; gives it, and the parents it had to
+/// make, innermost first.
+pub(super) fn make_partial(dir: &Path) -> Result<(PathBuf, Vec<PathBuf>), RecordError> {
     let Some(name) = dir.file_name() else {
         let dir = dir.to_owned();
         return Err(RecordError::NoName { dir });
@@ -47,11 +48,13 @@ pub(super) fn make_partial(dir: &Path) -> Result<PathBuf, RecordError> {
     partial_name.push(".partial");
     let partial = dir.with_file_name(partial_name);
     remove_stale(&partial)?;
+    let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());
+    let made: Vec<PathBuf> = parents.take_while(|parent| !parent.exists()).map(Path::to_owned).collect();
     if let Some(parent) = partial.parent() {
         fs::create_dir_all(parent).map_err(|reason| RecordError::write(parent, reason))?;
     }
     match fs::create_dir(&partial) {
-        Ok(()) => Ok(partial),
+        Ok(()) => Ok((partial, made)),
         Err(reason) if reason.kind() == io::ErrorKind::AlreadyExists => Err(RecordError::InUse { dir: partial }),
         Err(reason) => Err(RecordError::write(&partial, reason)),
     }

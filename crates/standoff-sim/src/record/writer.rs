@@ -161,13 +161,15 @@ fn bad_frame(time_us: i64, what: &'static str) -> RecordError {
 /// The folder of an unfinished record, removed when dropped.
 struct Partial {
     path: PathBuf,
+    /// Parents made for it, innermost first.
+    made: Vec<PathBuf>,
     keep: bool,
 }
 
 impl Partial {
     fn make(dir: &Path) -> Result<Self, RecordError> {
-        let path = folder::make_partial(dir)?;
-        Ok(Self { path, keep: false })
+        let (path, made) = folder::make_partial(dir)?;
+        Ok(Self { path, made, keep: false })
     }
 }
 
@@ -176,6 +178,9 @@ impl Drop for Partial {
         if !self.keep {
             // Nobody is left to tell, and the next run tries again.
             let _ = folder::remove_ours(&self.path);
+            for parent in &self.made {
+                let _ = std::fs::remove_dir(parent);
+            }
         }
     }
 }

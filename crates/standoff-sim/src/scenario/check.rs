@@ -5,7 +5,7 @@ use standoff::{Allowed, ParamError, TeamParams};
 use super::error::{Problem, ScenarioError};
 use super::file::ScenarioFile;
 use super::load::Typed;
-use super::number::{of, value};
+use super::number::{Number, of, value};
 use super::team::KEYS;
 
 /// Longer missions than this are refused: a record of them would fill the disk.
@@ -22,50 +22,76 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &
     let (sensor, cue) = (&file.sensor, &file.cue);
     problems.check("sensor.range_sd_m", value(&sensor.range_sd_m), Allowed::at_least(0.0).at_most(1e5));
     problems.check("sensor.bearing_sd_deg", value(&sensor.bearing_sd_deg), Allowed::at_least(0.0).at_most(180.0));
-    problems.check("cue.position_sd_m", value(&cue.position_sd_m), Allowed::above(0.0).at_most(1e5));
-    problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::above(0.0).at_most(1e3));
+    let findable = Allowed::at_least(1e-3)
+        .below(value(&file.filter.lost_position_sd_m))
+        .because("a less certain track is lost: below filter.lost_position_sd_m");
+    problems.check("cue.position_sd_m", value(&cue.position_sd_m), findable);
+    problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::at_least(1e-3).at_most(1e3));
     for error in team.errors() {
         problems.add_param(&error);
     }
 }
 
-/// Checks who takes part, and where they start.
-pub(super) fn check_who(file: &ScenarioFile, problems: &mut Problems) {
-    let place = Allowed::at_least(-1e7).at_most(1e7);
+/// Checks who takes part, and where they start: before targets are drawn, so that every error is where it was typed.
+pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
     let count = of(&file.uavs.count);
     problems.check_whole("uavs.count", count, Allowed::at_least(1.0).at_most(100.0));
     let listed = file.uavs.at.len() as f64;
     if listed > 0.0 {
         let as_listed = Allowed::at_least(listed).at_most(listed).because("as many as [[uavs.at]]");
         problems.check("uavs.count", count, as_listed);
+        if file.uavs.ring.is_some() {
+            problems.add("uavs.ring".to_owned(), "[uavs.ring] and [[uavs.at]] exclude each other; keep one".to_owned());
+        }
     }
-    if let Some(radius_m) = file.uavs.ring.as_ref().and_then(|ring| ring.radius_m.as_ref()) {
-        problems.check("uavs.ring.radius_m", value(radius_m), Allowed::above(0.0).at_most(1e6));
+    if let Some(ring) = &file.uavs.ring {
+        let angle = Allowed::at_least(-1e6).at_most(1e6);
+        let keys = [
+            ("radius_m", &ring.radius_m, Allowed::above(0.0).at_most(1e6)),
+            ("phase_deg", &ring.phase_deg, angle),
+            ("spacing_deg", &ring.spacing_deg, angle),
+        ];
+        for (key, number, allowed) in keys {
+            if let Some(number) = number {
+                problems.check(&format!("uavs.ring.{key}"), value(number), allowed);
+            }
+        }
     }
-    for (index, at) in file.uavs.at.iter().enumerate() {
-        let key = |name: &str| format!("uavs.at.{index}.{name}");
-        problems.check(&key("x_m"), value(&at.x_m), place);
-        problems.check(&key("y_m"), value(&at.y_m), place);
-        problems.check(&key("speed_m_s"), value(&at.speed_m_s), Allowed::above(0.0).at_most(1e3));
+    for (index, at) in file.uavs.at.iter_mut().enumerate() {
+        problems.check_start(&format!("uavs.at.{index}"), at.numbers());
     }
-    let targets = file.targets.clone().unwrap_or_default();
-    let rate = Allowed::at_least(0.0).at_most(100.0);
-    problems.check("targets.correlation_rate_1_s", value(&targets.correlation_rate_1_s), rate);
-    problems.check("targets.acceleration_sd_m_s2", value(&targets.acceleration_sd_m_s2), rate);
-    if let Some(scatter) = &targets.scatter {
-        let count = Allowed::at_least(1.0).at_most(10_000.0);
-        problems.check_whole("targets.scatter.count", value(&scatter.count), count);
-    }
-    for (index, at) in targets.at.iter().enumerate() {
-        let key = |name: &str| format!("targets.at.{index}.{name}");
-        problems.check(&key("x_m"), value(&at.x_m), place);
-        problems.check(&key("y_m"), value(&at.y_m), place);
-    }
-    if file.traffic.is_none() && targets.scatter.is_none() && targets.at.is_empty() {
+    let has_targets = file.targets.as_ref().is_some_and(|targets| targets.scatter.is_some() || !targets.at.is_empty());
+    if file.traffic.is_none() && !has_targets {
         problems
             .add("targets".to_owned(), "no targets; give [targets.scatter], [[targets.at]] or [traffic]".to_owned());
     }
+    let Some(targets) = &mut file.targets else { return };
+    let rate = Allowed::at_least(0.0).at_most(100.0);
+    problems.check("targets.correlation_rate_1_s", value(&targets.correlation_rate_1_s), rate);
+    problems.check("targets.acceleration_sd_m_s2", value(&targets.acceleration_sd_m_s2), rate);
+    for (index, at) in targets.at.iter_mut().enumerate() {
+        problems.check_start(&format!("targets.at.{index}"), at.numbers());
+    }
+    if let Some(scatter) = &mut targets.scatter {
+        let count = Allowed::at_least(1.0).at_most(10_000.0);
+        problems.check_whole("targets.scatter.count", value(&scatter.count), count);
+        problems.check_start("targets.scatter", scatter.numbers());
+    }
 }
+
+/// Keys that bound each other: where only one was typed, that is the one to point at.
+const PARTNERS: &[(&str, &str)] = &[
+    ("orbit.field_of_view_margin_deg", "sensor.field_of_view_deg"),
+    ("orbit.radius_max_m", "orbit.radius_min_m"),
+    ("uavs.speed_change_max_m_s", "uavs.speed_m_s"),
+    ("sensor.sensing_range_m", "orbit.radius_min_m"),
+    ("cue.position_sd_m", "filter.lost_position_sd_m"),
+    ("filter.range_sd_m", "sensor.range_sd_m"),
+    ("filter.bearing_sd_deg", "sensor.bearing_sd_deg"),
+    ("filter.correlation_rate_1_s", "targets.correlation_rate_1_s"),
+    ("filter.acceleration_sd_m_s2", "targets.acceleration_sd_m_s2"),
+    ("duration_s", "period_s"),
+];
 
 /// Problems found so far, by key.
 #[derive(Default)]
@@ -81,6 +107,25 @@ impl Problems {
     fn check(&mut self, key: &str, number: f64, allowed: Allowed) {
         if !allowed.contains(number) {
             self.add(key.to_owned(), format!("must be {allowed}"));
+        }
+    }
+
+    /// Where and how fast something starts: positions, velocities, accelerations and headings by their endings.
+    fn check_start(&mut self, table: &str, numbers: Vec<(&'static str, &mut Number)>) {
+        for (key, number) in numbers {
+            let allowed = match key {
+                "speed_m_s" => Allowed::above(0.0).at_most(1e3),
+                _ if key.ends_with("_m_s2") => Allowed::at_least(-100.0).at_most(100.0),
+                _ if key.ends_with("_m_s") => Allowed::at_least(-1e3).at_most(1e3),
+                _ if key.ends_with("_deg") => Allowed::at_least(-1e6).at_most(1e6),
+                _ if key.ends_with("_m") => Allowed::at_least(-1e7).at_most(1e7),
+                _ => continue,
+            };
+            if let Some(outside) = number.extremes().into_iter().find(|extreme| !allowed.contains(*extreme)) {
+                let drawn =
+                    if matches!(number, Number::Constant(_)) { String::new() } else { format!("up to {outside}: ") };
+                self.add(format!("{table}.{key}"), format!("{drawn}must be {allowed}"));
+            }
         }
     }
 
@@ -106,16 +151,26 @@ impl Problems {
             return Ok(());
         }
         let values = toml::Value::try_from(&typed.file).ok();
-        let problems = self.found.drain(..).map(|(key, what)| {
-            let (file, place) = typed.place(&key);
+        let told: Vec<String> = self.found.iter().map(|(key, _)| key.clone()).collect();
+        let mut problems = Vec::new();
+        for (key, what) in self.found.drain(..) {
+            let partner = PARTNERS.iter().find(|(bounded, _)| *bounded == key).map(|(_, by)| *by);
+            let partner = partner.filter(|by| !typed.is_typed(&key) && typed.is_typed(by));
+            // A default that follows another value is not a mistake of its own.
+            if partner.is_some_and(|by| told.iter().any(|key| key == by)) {
+                continue;
+            }
+            let (file, place) = typed.place(partner.unwrap_or(&key));
             let value = values.as_ref().and_then(|values| lookup(values, &key));
             let message = match value {
-                Some(value) if !value.is_table() => format!("{key} = {value}: {what}"),
+                // 1e300, not three hundred digits.
+                Some(toml::Value::Float(value)) if value.abs() >= 1e15 => format!("{key} = {value:e}: {what}"),
+                Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}: {what}"),
                 _ => format!("{key}: {what}"),
             };
-            Problem { file, place, message }
-        });
-        Err(ScenarioError { problems: problems.collect() })
+            problems.push(Problem { file, place, message });
+        }
+        Err(ScenarioError { problems })
     }
 }
 

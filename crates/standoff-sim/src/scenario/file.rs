@@ -148,7 +148,7 @@ table! {
     /// `[filter]`: what the filters assume, and when a track is given up.
     Filter {
         /// A track less certain than this is lost: standard deviation of its position, m.
-        lost_position_sd_m = 150.0;
+        lost_position_sd_m = 300.0;
         /// A track unseen for so long where it should be in plain view is lost, s.
         lost_in_view_s = 5.0;
         /// Velocity of a track that starts from a measurement: standard deviation per axis, m/s.

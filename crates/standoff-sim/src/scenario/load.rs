@@ -55,6 +55,8 @@ impl Typed {
             // A ring of the scenario's own size would mean nothing over other targets.
             remove(&mut table, "uavs", &["ring", "at"]);
             set(&mut table, "traffic.file", Value::String(traffic.to_string_lossy().into_owned()))?;
+            let file = traffic.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+            set(&mut table, "about", Value::String(format!("UAVs over {file}")))?;
             traffic_from = Some(PathBuf::new());
             name = traffic_name(traffic);
         }
@@ -80,6 +82,11 @@ impl Typed {
         let file = typed(parse(label, text)?, label, text, &[])?;
         let (name, label, text) = (label.to_owned(), label.to_owned(), text.to_owned());
         Ok(Self { name, label, text, file, edited: Vec::new(), traffic_from: None })
+    }
+
+    /// The key was typed, in the file or on the command line.
+    pub(super) fn is_typed(&self, key: &str) -> bool {
+        is_edited(&self.edited, key) || Map::new(&self.text).has(key)
     }
 
     /// Where to point for a key: into the file, or at the command line.
@@ -124,10 +131,16 @@ fn typed(table: Table, label: &str, text: &str, edited: &[String]) -> Result<Sce
 }
 
 fn place(label: &str, text: &str, edited: &[String], key: &str) -> (String, Option<Place>) {
-    if edited.iter().any(|edited| edited == key) {
+    if is_edited(edited, key) {
         return ("command line".to_owned(), None);
     }
     (label.to_owned(), Map::new(text).find(key))
+}
+
+/// The command line gave this key, a table around it, or a part of it.
+fn is_edited(edited: &[String], key: &str) -> bool {
+    let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
+    edited.iter().any(|edited| edited == key || within(key, edited) || within(edited, key))
 }
 
 fn value_of(text: &str) -> Value {

@@ -37,6 +37,19 @@ impl<'a> Map<'a> {
         span.map(|span| place(self.text, span.start))
     }
 
+    /// The key stands in the text.
+    pub(super) fn has(&self, key: &str) -> bool {
+        let Some(root) = &self.root else { return false };
+        let mut here = Some(Step::Table(root.get_ref()));
+        key.split('.').all(|part| match here.take().and_then(|step| step.into_part(part)) {
+            Some((_, next)) => {
+                here = next;
+                true
+            }
+            None => false,
+        })
+    }
+
     /// The place of a byte of the text.
     pub(super) fn place(&self, offset: usize) -> Place {
         place(self.text, offset)

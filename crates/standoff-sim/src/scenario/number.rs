@@ -43,6 +43,15 @@ impl Number {
         }
     }
 
+    /// The smallest and the largest value that is drawn; of a normal, six standard deviations out.
+    pub fn extremes(&self) -> [f64; 2] {
+        match *self {
+            Self::Constant(value) => [value, value],
+            Self::Uniform { min, max } => [min, max],
+            Self::Normal { mean, sd } => [mean - 6.0 * sd, mean + 6.0 * sd],
+        }
+    }
+
     /// One draw.
     pub fn draw(&self, draw: &mut Draw) -> f64 {
         match *self {

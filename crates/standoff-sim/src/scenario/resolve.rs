@@ -1,5 +1,7 @@
 //! From what was typed to what is run: draws, defaults, checks.
 
+use std::path::Path;
+
 use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, Velocity};
 
 use super::builtin::BUILT_IN_TRAFFIC;
@@ -13,6 +15,9 @@ use super::{CueError, Noise, Scenario, Settings, Targets, start};
 use crate::draws::{Draws, Stream};
 use crate::traffic::{self, Traffic};
 
+/// Table I's T_s, s.
+const PERIOD_S: f64 = 0.5;
+
 /// Draws, fills in and checks.
 pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioError> {
     let draws = Draws::new(seed);
@@ -21,9 +26,12 @@ pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioE
     problems.report(&typed)?;
 
     let traffic = read_traffic(&typed)?;
+    if let Some(traffic) = &traffic {
+        check_span(&typed, traffic)?;
+    }
     fill_in(&mut typed.file, traffic.as_ref());
     let settings = settings(&typed.file);
-    check_who(&typed.file, &mut problems);
+    check_who(&mut typed.file, &mut problems);
     check_settings(&typed.file, &settings.team, &mut problems);
     problems.report(&typed)?;
 
@@ -154,6 +162,9 @@ fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     if typed.file.targets.is_some() {
         return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
     }
+    if table.file.is_empty() {
+        return refuse("traffic", "traffic.file: missing; name SUMO floating-car data or CSV tracks".to_owned());
+    }
     let gap_s = table.gap_s.as_ref().map(value);
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
@@ -166,14 +177,26 @@ fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
         },
         gap_s,
     };
-    let read = match &typed.traffic_from {
-        Some(folder) => traffic::read(&folder.join(&table.file), &options),
-        None => match BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file) {
-            Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
-            None => traffic::read(table.file.as_ref(), &options),
-        },
+    let path = typed.traffic_from.as_deref().unwrap_or(Path::new("")).join(&table.file);
+    let built_in = BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists());
+    let read = match built_in {
+        Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
+        None => traffic::read(&path, &options),
     };
     read.map(Some).map_err(ScenarioError::from)
+}
+
+/// A file shorter than one period is no mission.
+fn check_span(typed: &Typed, traffic: &Traffic) -> Result<(), ScenarioError> {
+    let file = &typed.file;
+    let span_s = traffic.end_us.saturating_sub(traffic.begin_us) as f64 / 1e6;
+    let period_s = file.period_s.as_ref().map_or(PERIOD_S, value);
+    if file.duration_s.is_some() || span_s >= period_s {
+        return Ok(());
+    }
+    let name = file.traffic.as_ref().map_or_else(String::new, |traffic| traffic.file.clone());
+    let message = format!("spans {span_s} s; a mission needs at least one period_s of {period_s} s");
+    Err(ScenarioError::one(name, None, message))
 }
 
 /// Spells out every default that depends on something else.
@@ -181,8 +204,7 @@ fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
     let spelt = |number: &mut Option<Number>, default: f64| {
         number.get_or_insert(Number::Constant(default));
     };
-    let period_s = 0.5;
-    spelt(&mut file.period_s, period_s);
+    spelt(&mut file.period_s, PERIOD_S);
     let whole_file_s = traffic.map(|traffic| traffic.end_us.saturating_sub(traffic.begin_us) as f64 / 1e6);
     spelt(&mut file.duration_s, whole_file_s.unwrap_or(100.0));
     spelt(&mut file.settle_s, 30.0);

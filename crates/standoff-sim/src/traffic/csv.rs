@@ -76,7 +76,7 @@ impl Columns {
         let missing = |what: &str, accepted: &[&str]| {
             let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
             let message = format!(
-                "no column for {what}; found {}; accepted: {}; rename a column",
+                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas",
                 found.join(", "),
                 accepted.join(", ")
             );
@@ -158,14 +158,14 @@ mod tests {
     fn a_missing_column_is_named_with_what_is_there() {
         let header = error("# c\ntime,car,x,y\n0,v,1,2");
         let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
-                        accepted: vehicle, vehicle_id, id, track, target; rename a column";
+                        accepted: vehicle, vehicle_id, id, track, target; rename a column, and separate columns by commas";
         assert_eq!(header, expected);
         assert!(error("id,x,y\n").contains("no column for the time;"));
         assert!(error("id,t,x,lat\n").contains("no column for both coordinates;"));
         let degrees = read_as("id,t,x,y\n", Coordinates::Degrees).unwrap_err();
-        assert!(
-            degrees.message.ends_with("accepted: lat_deg, lat, latitude, lon_deg, lon, longitude; rename a column")
-        );
+        assert!(degrees.message.ends_with(
+            "accepted: lat_deg, lat, latitude, lon_deg, lon, longitude; rename a column, and separate columns by commas"
+        ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
         assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, y_m,"), "{metres}");
     }

@@ -41,8 +41,10 @@ pub enum EventKind {
     TakenBack,
     /// No orbit satisfies every constraint any more.
     OrbitInfeasible {
-        /// Smallest radius that the view and the turn need, m.
-        needed_m: f64,
+        /// Smallest radius that view, turn rate and bounds allow, m.
+        smallest_m: f64,
+        /// Largest radius that bounds and sensing range allow, m.
+        largest_m: f64,
     },
     /// Some orbit satisfies every constraint again.
     OrbitFeasible,
@@ -80,10 +82,12 @@ impl fmt::Display for EventKind {
                 "furthest from the centre; keeping it needs an orbit of {needed_m:.0} m, the largest is {allowed_m:.0} m"
             ),
             Self::TakenBack => f.write_str("an orbit with it keeps the whole group in view again"),
-            Self::OrbitInfeasible { needed_m } if needed_m.is_finite() => {
-                write!(f, "view and turn rate need an orbit of {needed_m:.0} m, more than the limits allow")
-            }
-            Self::OrbitInfeasible { .. } => f.write_str("the group's centre is as fast as the UAVs"),
+            Self::OrbitInfeasible { smallest_m, largest_m } if smallest_m.is_finite() => write!(
+                f,
+                "view, turn rate and r_d,min need an orbit of at least {smallest_m:.0} m, \
+                 r_d,max and the sensing range allow at most {largest_m:.0} m"
+            ),
+            Self::OrbitInfeasible { .. } => f.write_str("the group's centre is as fast as the UAVs can be"),
             Self::OrbitFeasible => f.write_str("an orbit satisfies every constraint again"),
         }
     }

@@ -7,6 +7,7 @@ use crate::estimation::group_centre::{Centroid, GroupCentre};
 use crate::estimation::information_filter::Estimate;
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
+use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{
     Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
 };
@@ -83,10 +84,12 @@ pub struct Group {
     pub margin_m: f64,
     /// The standoff distance.
     pub standoff: StandoffDistance,
-    /// Smallest radius at which a UAV can turn about this centre, m; infinite if the centre is as fast.
+    /// Smallest radius at which a UAV can turn about this centre, m; infinite if the centre is as fast as a UAV can be.
     pub turn_limit_m: f64,
-    /// Some orbit satisfies every constraint: turn rate, field of view, radius bounds, sensing range.
-    pub feasible: bool,
+    /// Smallest radius that field of view, turn rate and r_d,min allow, m; infinite if the centre is as fast.
+    pub smallest_m: f64,
+    /// Largest radius that r_d,max and the sensing range allow, m.
+    pub largest_m: f64,
 }
 
 impl Group {
@@ -118,10 +121,11 @@ impl Group {
         let margin_m =
             margin_m(params.margin, centre.innovation_distance, &centroid, furthest.track.estimate(), at.position());
         let standoff = params.standoff.distance(spread, margin_m);
-        let turn_limit_m = turn_limit_m(uav.speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
-            .max(moving_centre_limit_m(uav.speed_m_s, at.velocity().speed_m_s(), uav.turn_rate_max_rad_s));
-        let smallest_m = standoff.unclamped_m.max(params.standoff.radius_min_m).max(turn_limit_m);
-        let largest_m = params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m);
+        let centre_speed_m_s = at.velocity().speed_m_s();
+        let speed_m_s =
+            uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_m_s + uav.speed_change_max_m_s);
+        let turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
+            .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
         Some(Self {
             id,
             members: centroid.members,
@@ -131,8 +135,14 @@ impl Group {
             margin_m,
             standoff,
             turn_limit_m,
-            feasible: smallest_m <= largest_m,
+            smallest_m: standoff.unclamped_m.max(params.standoff.radius_min_m).max(turn_limit_m),
+            largest_m: params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m),
         })
+    }
+
+    /// Some orbit satisfies every constraint: turn rate, field of view, radius bounds, sensing range.
+    pub fn is_feasible(&self) -> bool {
+        self.smallest_m <= self.largest_m
     }
 
     /// The orbit about this group.

@@ -151,7 +151,8 @@ impl Track {
     ) -> Self {
         let sd_m = filter.estimate().position_sd_max_m();
         let mut missed = self.missed;
-        if should_be_seen(filter.estimate().state.position(), 2.0 * sd_m) {
+        // One standard deviation of clearance: the orbit leaves room for that much about its furthest member.
+        if should_be_seen(filter.estimate().state.position(), sd_m) {
             missed = Duration::from_us(missed.us().saturating_add(dt.us()));
         }
         let status = match self.status {

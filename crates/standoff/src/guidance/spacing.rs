@@ -39,9 +39,21 @@ pub fn spacing_error_rad(
 
 /// Speed asked of a UAV with that spacing error, m/s, before limits.
 ///
-/// Implements Eq. (35).
-pub fn spacing_speed_m_s(error_rad: f64, gain_1_s: f64, orbit_radius_m: f64, speed_m_s: f64) -> f64 {
-    gain_1_s * error_rad * orbit_radius_m + speed_m_s
+/// Implements Eq. (35); but no spacing is worth falling behind the centre, so the speed stays at or above
+/// [`speed_floor_m_s`].
+pub fn spacing_speed_m_s(
+    error_rad: f64,
+    gain_1_s: f64,
+    orbit_radius_m: f64,
+    speed_m_s: f64,
+    centre_speed_m_s: f64,
+) -> f64 {
+    (gain_1_s * error_rad * orbit_radius_m + speed_m_s).max(speed_floor_m_s(centre_speed_m_s))
+}
+
+/// Slowest speed at which a UAV still gets round a centre that moves at `centre_speed_m_s`, m/s: a tenth above it.
+pub fn speed_floor_m_s(centre_speed_m_s: f64) -> f64 {
+    1.1 * centre_speed_m_s
 }
 
 /// How far ahead of `own` along the orbit `other` is, rad in [0, 2 pi].
@@ -118,6 +130,13 @@ mod tests {
     /// Checks Eq. (35) in numbers: 6 degrees behind at 400 m with k_v = 0.5 1/s asks for 20.9 m/s more.
     #[test]
     fn the_speed_follows_the_arc() {
-        assert!((spacing_speed_m_s(6f64.to_radians(), 0.5, 400.0, 40.0) - 60.943_951).abs() < 1e-6);
+        assert!((spacing_speed_m_s(6f64.to_radians(), 0.5, 400.0, 40.0, 5.0) - 60.943_951).abs() < 1e-6);
+    }
+
+    /// Beyond Eq. (35): neither a UAV ahead of its place nor one alone falls behind a fast centre.
+    #[test]
+    fn no_uav_is_slower_than_the_centre() {
+        assert!((spacing_speed_m_s(-1.0, 0.5, 400.0, 40.0, 35.0) - 38.5).abs() < 1e-9);
+        assert!((spacing_speed_m_s(0.0, 0.5, 400.0, 40.0, 42.0) - 46.2).abs() < 1e-9);
     }
 }
