@@ -119,7 +119,9 @@ pub struct Agent {
     outbox: Vec<Message>,
     /// The outbox is of this instant.
     said: bool,
+    /// The target model over the time since the previous picture.
     transition: Transition,
+    no_time: Transition,
     scratch: Scratch,
     started: bool,
 }
@@ -131,6 +133,7 @@ impl Agent {
         if !errors.is_empty() {
             return Err(errors);
         }
+        let no_time = params.track.target.transition(Duration::ZERO);
         Ok(Self {
             id,
             epoch: 0,
@@ -141,7 +144,8 @@ impl Agent {
             inbox: Inbox::default(),
             outbox: Vec::new(),
             said: false,
-            transition: params.track.target.transition(Duration::ZERO),
+            transition: no_time,
+            no_time,
             scratch: Scratch::default(),
             started: false,
         })
@@ -203,7 +207,7 @@ impl Agent {
             now: self.picture.time,
             inbox: &self.inbox,
             transition: &self.transition,
-            no_time: self.params.track.target.transition(Duration::ZERO),
+            no_time: &self.no_time,
         };
         self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
         self.decide(now, own, own_state_invalid)

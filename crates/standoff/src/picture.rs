@@ -36,7 +36,7 @@ pub(crate) struct News<'a> {
     /// The target model over the time between.
     pub(crate) transition: &'a Transition,
     /// The target model over no time at all.
-    pub(crate) no_time: Transition,
+    pub(crate) no_time: &'a Transition,
 }
 
 /// Buffers that live on, so that a step allocates nothing.
@@ -97,7 +97,7 @@ impl Picture {
             looks_at(before.target, news.inbox, &mut scratch.looks);
             // A track that a cue has just started is at this instant already.
             let was_alive = previous.find(before.target).is_some_and(|old| !old.track.is_lost());
-            let step = if was_alive || before.is_lost() { news.transition } else { &news.no_time };
+            let step = if was_alive || before.is_lost() { news.transition } else { news.no_time };
             known.track = before.advance(step, &scratch.looks, should_be_seen, &params.track);
             let kind = match (before.status, known.track.status) {
                 (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,
