@@ -37,28 +37,46 @@ impl Rules {
     }
 }
 
-/// The scores of a run; `None` where there was nothing to measure (the phase of a single UAV, say).
+/// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a single UAV, say).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "docs/metrics.md defines each; a test holds the page to this list")]
 pub struct Metrics {
+    /// Estimated against true position of group members, m.
     pub position_error_m: Option<f64>,
+    /// Estimated against true velocity of group members, m/s.
     pub velocity_error_m_s: Option<f64>,
+    /// Estimated against true position of every known target, m.
     pub position_error_all_m: Option<f64>,
+    /// |r - r_d| by the true geometry, m.
     pub standoff_error_m: Option<f64>,
+    /// |r - r_d| by the agents' own centre and (15), m.
     pub standoff_tracking_error_m: Option<f64>,
+    /// `standoff_error_m` from `settle_s` on.
     pub standoff_error_m_settled: Option<f64>,
+    /// `standoff_tracking_error_m` from `settle_s` on.
     pub standoff_tracking_error_m_settled: Option<f64>,
+    /// Distance from the wanted separation, degrees.
     pub phase_error_deg: Option<f64>,
+    /// Largest angle between boresight and a group member, mean over time and UAVs, degrees.
     pub line_of_sight_deg: Option<f64>,
+    /// The largest of those angles.
     pub line_of_sight_max_deg: Option<f64>,
+    /// Share of the time of group members in no view, 0 to 1.
     pub out_of_view_fraction: Option<f64>,
+    /// Longest time without a break that one was in no view, s.
     pub out_of_view_longest_s: f64,
+    /// Share of the time of existing targets in no group, 0 to 1.
     pub uncovered_fraction: Option<f64>,
+    /// Share of UAV-time without a feasible orbit, 0 to 1.
     pub infeasible_fraction: Option<f64>,
+    /// Share of UAV-time with the turn rate at its limit, 0 to 1.
     pub turn_rate_saturated_fraction: Option<f64>,
+    /// Smallest distance between two UAVs of one group, m.
     pub separation_min_m: Option<f64>,
+    /// Completed handoffs.
     pub handoffs: u64,
+    /// Targets removed from a group because no orbit could hold them.
     pub discards: u64,
+    /// Normalised estimation error squared of group members over the size of the state; 1 is consistent.
     pub anees: Option<f64>,
 }
 

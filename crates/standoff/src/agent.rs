@@ -203,12 +203,8 @@ impl Agent {
                 _ => self.inbox.hear(message),
             }
         }
-        let news = News {
-            now: self.picture.time,
-            inbox: &self.inbox,
-            transition: &self.transition,
-            no_time: &self.no_time,
-        };
+        let news =
+            News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition, no_time: &self.no_time };
         self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
         self.decide(now, own, own_state_invalid)
     }

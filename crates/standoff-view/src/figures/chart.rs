@@ -20,9 +20,17 @@ const POINTS: usize = 40_000;
 /// Most UAVs or groups that a legend names.
 pub(super) const MOST_NAMED: usize = 10;
 
-/// Colours of Okabe and Ito, which colour-blind readers can tell apart; for UAVs by rank.
-pub(super) const UAVS: [RGBColor; 4] =
-    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(204, 121, 167), RGBColor(0, 0, 0)];
+/// For UAVs by rank: colours of Okabe and Ito, then darker ones, which colour-blind readers can tell apart.
+pub(super) const UAVS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 0, 0),
+    RGBColor(73, 0, 146),
+    RGBColor(146, 73, 0),
+    RGBColor(0, 109, 109),
+    RGBColor(182, 109, 255),
+];
 /// For groups by rank: none of the UAVs' colours.
 pub(super) const GROUPS: [RGBColor; 3] = [RGBColor(0, 158, 115), RGBColor(230, 159, 0), RGBColor(86, 180, 233)];
 /// Limits and values wanted.
