@@ -163,8 +163,10 @@ impl Problems {
             let (file, place) = typed.place(partner.unwrap_or(&key));
             let value = values.as_ref().and_then(|values| lookup(values, &key));
             let message = match value {
-                // 1e300, not three hundred digits.
-                Some(toml::Value::Float(value)) if value.abs() >= 1e15 => format!("{key} = {value:e}: {what}"),
+                // 1e300 and 1e-300, not three hundred digits.
+                Some(toml::Value::Float(value)) if value.abs() >= 1e15 || value.abs() < 1e-6 => {
+                    format!("{key} = {value:e}: {what}")
+                }
                 Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}: {what}"),
                 _ => format!("{key}: {what}"),
             };
