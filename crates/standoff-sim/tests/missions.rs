@@ -142,16 +142,25 @@ fn a_convoy_stays_in_view_and_its_comings_and_goings_are_told() {
 
 #[test]
 fn three_uavs_share_an_orbit_evenly() {
-    let set = ["uavs.count=3", "duration_s=200"];
-    let metrics = fly("tour/02-two-uavs", &set, 1);
-    assert!(metrics.phase_error_deg.unwrap() < 25.0, "{metrics:?}");
-    assert!(metrics.separation_min_m.unwrap() > 100.0, "{metrics:?}");
+    let scenario = load("tour/02-two-uavs", &["uavs.count=3"], 1);
+    let frames = frames(&scenario);
+    // They start 40 degrees apart and need some 35 s to spread; from then on they stay 120 degrees apart.
+    let settled: Vec<_> = frames.into_iter().filter(|frame| frame.time_us > 45_000_000).collect();
+    let metrics = score(&scenario, &settled);
+    assert!(metrics.phase_error_deg.unwrap() < 4.0, "{metrics:?}");
+    assert!(metrics.separation_min_m.unwrap() > 350.0, "{metrics:?}");
 }
 
+/// The mirror image of a mission is not the same mission (the targets are not mirrored), but neither sense is favoured.
 #[test]
 fn clockwise_is_as_good_as_anticlockwise() {
-    let metrics = fly("tour/02-two-uavs", &["guidance.sense=clockwise"], 1);
-    assert!(metrics.standoff_tracking_error_m_settled.unwrap() < 15.0, "{metrics:?}");
+    let settled = |sense: &str| {
+        let set = [format!("guidance.sense={sense}")];
+        let errors = (1..=6).map(|seed| fly("tour/02-two-uavs", &[&set[0]], seed).standoff_tracking_error_m_settled);
+        mean(errors)
+    };
+    let (one, other) = (settled("clockwise"), settled("anticlockwise"));
+    assert!((one - other).abs() < 0.5 && one < 3.0, "{one} m clockwise, {other} m anticlockwise");
 }
 
 #[test]
