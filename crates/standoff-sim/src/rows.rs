@@ -1,6 +1,6 @@
 //! From the agents' types to the record's rows.
 
-use standoff::{Angle, Detection, Event, Known, Picture, Step, Time, TrackStatus as Status, UavState};
+use standoff::{Angle, Detection, Event, Known, Picture, Step, Time, TrackStatus as Status, UavId, UavState};
 
 use crate::record::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::world::Truth;
@@ -23,10 +23,10 @@ pub(crate) fn frame(now: Time, truth: &[Truth]) -> Frame {
     Frame { time_us: now.us(), truth: truth.collect(), ..Frame::default() }
 }
 
-pub(crate) fn uav(uav: u32, state: &UavState, boresight: Option<Angle>, step: &Step) -> UavRow {
+pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: &Step) -> UavRow {
     let steering = step.diagnostics.steering.as_ref();
     UavRow {
-        uav,
+        uav: uav.0,
         group: step.diagnostics.group.map(|group| group.0),
         x_m: state.position.x_m(),
         y_m: state.position.y_m(),
@@ -48,9 +48,9 @@ pub(crate) fn uav(uav: u32, state: &UavState, boresight: Option<Angle>, step: &S
     }
 }
 
-pub(crate) fn detection(uav: u32, detection: &Detection) -> DetectionRow {
+pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
     DetectionRow {
-        uav,
+        uav: uav.0,
         target: detection.target.0,
         range_m: detection.measurement.range_m,
         bearing_rad: detection.measurement.bearing.rad(),

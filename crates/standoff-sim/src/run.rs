@@ -6,14 +6,14 @@
 
 use std::collections::BTreeSet;
 
-use standoff::{Agent, Command, LookAt, Message, ParamError, Scan, TargetId, Time, UavId, UavState};
+use standoff::{Agent, LookAt, Message, ParamError, Scan, TargetId, Time, UavId, UavState};
 
 use crate::draws::Draws;
 use crate::record::Frame;
 use crate::rows;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Settings};
 use crate::sensors;
-use crate::world::{Truth, World, ticks};
+use crate::world::{Truth, World};
 
 /// A mission in progress.
 pub struct Mission<'a> {
@@ -52,12 +52,12 @@ impl<'a> Mission<'a> {
 
     /// Number of frames of the whole mission.
     pub fn frames(&self) -> u64 {
-        ticks(self.scenario.settings.duration, self.scenario.settings.period) as u64 + 1
+        self.last_tick() as u64 + 1
     }
 
     /// Plays one instant and moves on to the next; `None` when the mission is over.
     pub fn frame(&mut self) -> Option<Frame> {
-        if self.tick > ticks(self.scenario.settings.duration, self.scenario.settings.period) {
+        if self.tick > self.last_tick() {
             return None;
         }
         let now = Time::from_us(self.tick * self.scenario.settings.period.us());
@@ -70,14 +70,20 @@ impl<'a> Mission<'a> {
         Some(frame)
     }
 
+    /// The first instant is tick 0; then one per whole period.
+    fn last_tick(&self) -> i64 {
+        let Settings { duration, period, .. } = self.scenario.settings;
+        duration.us() / period.us().max(1)
+    }
+
     /// Every sensor looks where its agent asked it to.
     fn scan(&self) -> Vec<OwnedScan> {
-        let (sensor, noise) = (&self.scenario.settings.team.track.sensor, self.scenario.settings.noise);
+        let Settings { period, noise, team, .. } = &self.scenario.settings;
         let scan = |uav: &Uav| {
-            let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, self.scenario.settings.period));
+            let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, *period));
             let from = (uav.agent.id(), uav.state.position);
             let detections = boresight.map_or_else(Vec::new, |boresight| {
-                sensors::scan(from, boresight, &self.truth, sensor, noise, self.draws, self.tick as u64)
+                sensors::scan(from, boresight, &self.truth, &team.track.sensor, *noise, self.draws, self.tick as u64)
             });
             OwnedScan { boresight, detections }
         };
@@ -100,17 +106,18 @@ impl<'a> Mission<'a> {
 
     /// Every agent decides, and its UAV flies its command until the next instant.
     fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) -> Frame {
+        let Settings { period, team, .. } = &self.scenario.settings;
         let mut frame = rows::frame(now, &self.truth);
         for (index, (uav, scan)) in self.uavs.iter_mut().zip(scans).enumerate() {
+            let id = uav.agent.id();
             let step = uav.agent.step(now, &uav.state, scan.borrow(), inbox);
-            frame.uavs.push(rows::uav(uav_id(index), &uav.state, scan.boresight, &step));
-            frame.detections.extend(scan.detections.iter().map(|detection| rows::detection(uav_id(index), detection)));
+            frame.uavs.push(rows::uav(id, &uav.state, scan.boresight, &step));
+            frame.detections.extend(scan.detections.iter().map(|detection| rows::detection(id, detection)));
             if index == 0 {
                 frame.events.extend(step.events.iter().map(rows::event));
             }
             uav.look_at = step.look_at;
-            let command: Command = step.command.command;
-            uav.state = self.scenario.settings.team.uav.step(&uav.state, command, self.scenario.settings.period);
+            uav.state = team.uav.step(&uav.state, step.command.command, *period);
         }
         // With a perfect radio every agent holds the same picture: the record keeps the first one's.
         if let Some(first) = self.uavs.first() {
@@ -133,10 +140,6 @@ impl OwnedScan {
     fn borrow(&self) -> Scan<'_> {
         Scan { boresight: self.boresight, detections: &self.detections }
     }
-}
-
-fn uav_id(index: usize) -> u32 {
-    index as u32
 }
 
 #[cfg(test)]

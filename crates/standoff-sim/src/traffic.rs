@@ -88,6 +88,13 @@ pub struct Traffic {
     pub origin: Option<Origin>,
 }
 
+impl Traffic {
+    /// From the first sample to the last, s.
+    pub fn span_s(&self) -> f64 {
+        self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
+    }
+}
+
 /// Why a traffic file cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}{}: {message}", value::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]

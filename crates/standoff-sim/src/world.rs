@@ -1,6 +1,6 @@
 //! The truth: where every target really is. Only sensors, cues and the record's truth table see it.
 
-use standoff::{Duration, Position, TargetId, TargetState, Time, Transition, Velocity};
+use standoff::{Position, TargetId, TargetState, Time, Transition, Velocity};
 
 use crate::draws::{Draws, Stream};
 use crate::scenario::{Scenario, Targets};
@@ -90,9 +90,4 @@ impl<'a> World<'a> {
             Targets::Traffic(traffic) => traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect(),
         }
     }
-}
-
-/// Ticks of a mission: the first instant, and one per whole period.
-pub fn ticks(duration: Duration, period: Duration) -> i64 {
-    duration.us() / period.us().max(1)
 }

@@ -1,5 +1,6 @@
 //! Reads whole traffic files: the project's own, and the real ones of `../shared/data` where they are at hand.
 
+use standoff::math;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -94,9 +95,9 @@ fn a_file_in_degrees_has_the_shape_of_the_file_in_metres() {
         let across = centred.iter().map(|[x, y, u, v]| x * v - y * u).sum::<f64>() / size;
         let worst = centred
             .iter()
-            .map(|[x, y, u, v]| libm::hypot(along * x - across * y - u, across * x + along * y - v))
+            .map(|[x, y, u, v]| math::hypot(along * x - across * y - u, across * x + along * y - v))
             .fold(0.0, f64::max);
-        let (turn_deg, scale) = (libm::atan2(across, along).to_degrees(), libm::hypot(along, across));
+        let (turn_deg, scale) = (math::atan2(across, along).to_degrees(), math::hypot(along, across));
         println!(
             "{}: {count} pairs, turned by {turn_deg:.3} degrees, scaled by {scale:.5}, then within {worst:.3} m",
             geo.file_name().unwrap().display()
@@ -130,6 +131,6 @@ fn the_convoy_of_the_project_stays_together() {
         assert_eq!(cars.len(), if everyone { 6 } else { 5 });
         let mean = |pick: fn(&VehicleState) -> f64| cars.iter().map(pick).sum::<f64>() / cars.len() as f64;
         let (x, y) = (mean(|car| car.x_m), mean(|car| car.y_m));
-        assert!(cars.iter().all(|car| libm::hypot(car.x_m - x, car.y_m - y) < 120.0), "at {time_us} us");
+        assert!(cars.iter().all(|car| math::hypot(car.x_m - x, car.y_m - y) < 120.0), "at {time_us} us");
     }
 }

@@ -29,8 +29,6 @@ pub struct TargetState(pub Vector6<f64>);
 
 /// Where the two position components stand in the state.
 pub(crate) const POSITION: [usize; 2] = [0, 3];
-/// Where the two velocity components stand in the state.
-pub(crate) const VELOCITY: [usize; 2] = [1, 4];
 
 impl TargetState {
     /// From position, velocity and acceleration east and north, m/s2.
@@ -52,7 +50,7 @@ impl TargetState {
 
     /// Velocity in the world frame.
     pub fn velocity(&self) -> Velocity {
-        Velocity::from_m_s(self.0[VELOCITY[0]], self.0[VELOCITY[1]])
+        Velocity::from_m_s(self.0[1], self.0[4])
     }
 
     /// Acceleration east and north, m/s2.

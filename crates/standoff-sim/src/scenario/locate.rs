@@ -27,26 +27,21 @@ impl<'a> Map<'a> {
 
     /// Where a dotted key stands (`uavs.at.1.x_m`), or the nearest table around it.
     pub(super) fn find(&self, key: &str) -> Option<Place> {
-        let mut span = None;
-        let mut here: Option<Step<'_>> = Some(Step::Table(self.root.as_ref()?.get_ref()));
-        for part in key.split('.') {
-            let Some((found, next)) = here.take().and_then(|step| step.into_part(part)) else { break };
-            span = Some(found);
-            here = next;
-        }
-        span.map(|span| place(self.text, span.start))
+        self.spans(key).last().map(|span| place(self.text, span.start))
     }
 
-    /// The key stands in the text.
+    /// The key itself stands in the text.
     pub(super) fn has(&self, key: &str) -> bool {
-        let Some(root) = &self.root else { return false };
-        let mut here = Some(Step::Table(root.get_ref()));
-        key.split('.').all(|part| match here.take().and_then(|step| step.into_part(part)) {
-            Some((_, next)) => {
-                here = next;
-                true
-            }
-            None => false,
+        self.spans(key).count() == key.split('.').count()
+    }
+
+    /// The spans of a dotted key's parts, as far as they are there.
+    fn spans(&self, key: &str) -> impl Iterator<Item = Range<usize>> {
+        let mut here = self.root.as_ref().map(|root| Step::Table(root.get_ref()));
+        key.split('.').map_while(move |part| {
+            let (span, next) = here.take()?.into_part(part)?;
+            here = next;
+            Some(span)
         })
     }
 

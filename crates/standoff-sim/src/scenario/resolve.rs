@@ -189,7 +189,7 @@ fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
 /// A file shorter than one period is no mission.
 fn check_span(typed: &Typed, traffic: &Traffic) -> Result<(), ScenarioError> {
     let file = &typed.file;
-    let span_s = traffic.end_us.saturating_sub(traffic.begin_us) as f64 / 1e6;
+    let span_s = traffic.span_s();
     let period_s = file.period_s.as_ref().map_or(PERIOD_S, value);
     if file.duration_s.is_some() || span_s >= period_s {
         return Ok(());
@@ -205,8 +205,7 @@ fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
         number.get_or_insert(Number::Constant(default));
     };
     spelt(&mut file.period_s, PERIOD_S);
-    let whole_file_s = traffic.map(|traffic| traffic.end_us.saturating_sub(traffic.begin_us) as f64 / 1e6);
-    spelt(&mut file.duration_s, whole_file_s.unwrap_or(100.0));
+    spelt(&mut file.duration_s, traffic.map_or(100.0, Traffic::span_s));
     spelt(&mut file.settle_s, 30.0);
     // Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
     let model = file
@@ -275,7 +274,7 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
 fn resolved_text(typed: &Typed) -> Result<String, ScenarioError> {
     let mut file = typed.file.clone();
     if let Some(traffic) = &mut file.traffic {
-        let name = std::path::Path::new(&traffic.file).file_name();
+        let name = Path::new(&traffic.file).file_name();
         traffic.file = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     }
     toml::to_string(&file).map_err(|error| ScenarioError::one(&typed.label, None, error.to_string()))

@@ -1,5 +1,6 @@
 //! Gathers the samples of a file by vehicle, then turns them into traffic.
 
+use standoff::math;
 use std::collections::BTreeMap;
 
 use super::value::{quoted, seconds};
@@ -96,7 +97,7 @@ fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), S
     for sample in samples {
         let (lat, lon) = (sample.y.to_radians(), sample.x.to_radians());
         let (east, north, up) = map_3d::geodetic2enu(lat, lon, 0.0, latitude, longitude, 0.0, map_3d::Ellipsoid::WGS84);
-        let distance = libm::hypot(libm::hypot(east, north), up);
+        let distance = math::hypot(math::hypot(east, north), up);
         if distance > MAX_FROM_ORIGIN {
             return Err(format!(
                 "vehicle {}: at time = {} s it is {:.0} km from the file's first sample; at most 1000 km; cut the file into parts",
@@ -184,7 +185,7 @@ mod tests {
         assert_eq!(traffic.origin, Some(Origin { latitude_deg: 44.5, longitude_deg: 11.3 }));
         let state = |time_us| traffic.vehicles[0].at(time_us).unwrap();
         // One degree at 44.5 N: 111 122 m along the meridian, 79 530 m along the parallel (WGS84 radii of curvature).
-        assert!(libm::hypot(state(0).x_m, state(0).y_m) < 1e-6);
+        assert!(math::hypot(state(0).x_m, state(0).y_m) < 1e-6);
         assert!((state(1).y_m - 111.122).abs() < 0.01 && state(1).x_m.abs() < 1e-3, "{:?}", state(1));
         assert!((state(2).x_m - 79.530).abs() < 0.01 && state(2).y_m.abs() < 1e-3, "{:?}", state(2));
     }

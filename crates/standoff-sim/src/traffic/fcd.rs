@@ -3,6 +3,7 @@
 mod attributes;
 mod motion;
 
+use standoff::math;
 use std::io::Read;
 
 use quick_xml::events::{BytesStart, Event};
@@ -155,7 +156,7 @@ impl Fcd {
         let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
         let angle = angle.map(|found| read("angle", &found, &ANGLE)).transpose()?;
         let velocity = match (speed, angle.map(f64::to_radians)) {
-            (Some(speed), Some(angle)) => [(speed * libm::sin(angle)) as f32, (speed * libm::cos(angle)) as f32],
+            (Some(speed), Some(angle)) => [(speed * math::sin(angle)) as f32, (speed * math::cos(angle)) as f32],
             _ => [f32::NAN; 2],
         };
         let sample = Sample { time_us, x, y, velocity };

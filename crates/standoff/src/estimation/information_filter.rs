@@ -14,7 +14,7 @@ use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
 use crate::frame::Position;
 use crate::sensor::{self, RangeBearing, SensorParams};
-use crate::target::{POSITION, TargetState, Transition, VELOCITY};
+use crate::target::{POSITION, TargetState, Transition};
 
 /// What measurements of one instant add to the information about a target's position.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -66,11 +66,6 @@ impl Estimate {
     /// The covariance of the position, m2.
     pub fn position_covariance(&self) -> Matrix2<f64> {
         block(&self.covariance, POSITION)
-    }
-
-    /// The covariance of the velocity, m2/s2.
-    pub fn velocity_covariance(&self) -> Matrix2<f64> {
-        block(&self.covariance, VELOCITY)
     }
 
     /// Standard deviation of the position in its least known direction, m.

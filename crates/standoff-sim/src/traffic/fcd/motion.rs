@@ -3,6 +3,7 @@
 use super::super::Coordinates;
 use super::super::value::{axes, seconds};
 use super::super::vehicle::Sample;
+use standoff::math;
 
 /// How far the vehicles went, by two accounts: it tells metres from degrees.
 #[derive(Default)]
@@ -19,7 +20,7 @@ impl Motion {
         let [longitude, latitude] = axes(Coordinates::Degrees);
         self.beyond_degrees |= !(longitude.allows(sample.x) && latitude.allows(sample.y));
         if let (Some(previous), Some(speed)) = (previous, speed) {
-            self.by_position += libm::hypot(sample.x - previous.x, sample.y - previous.y);
+            self.by_position += math::hypot(sample.x - previous.x, sample.y - previous.y);
             self.by_speed_m += speed * seconds(sample.time_us - previous.time_us);
         }
     }
