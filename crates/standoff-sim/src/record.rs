@@ -17,7 +17,7 @@ mod writer;
 
 pub use error::RecordError;
 pub use folder::{Occupancy, occupancy};
-pub use frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
+pub use frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use manifest::{FORMAT, Manifest};
 pub use reader::{Frames, Record};
 pub use writer::{Closed, Writer};

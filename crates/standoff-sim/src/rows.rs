@@ -2,7 +2,7 @@
 
 use standoff::{Angle, Detection, Event, Known, Picture, Step, Time, TrackStatus as Status, UavId, UavState};
 
-use crate::record::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::record::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::world::Truth;
 
 /// A frame that holds the truth of an instant and nothing else yet.
@@ -45,6 +45,7 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
         feedforward_rad_s: steering.map(|steering| steering.feedforward_rad_s),
         convergence_threshold_m2_s: steering.map(|steering| steering.convergence_threshold_m2_s),
         centre_too_fast: steering.is_some_and(|steering| steering.centre_too_fast),
+        altitude_m: None,
     }
 }
 
@@ -62,6 +63,7 @@ pub(crate) fn event(event: &Event) -> EventRow {
         kind: event.kind.name().to_owned(),
         target: event.target.map(|target| target.0),
         group: event.group.map(|group| group.0),
+        to_group: None,
         uavs: Vec::new(),
         reason: event.kind.to_string(),
     }
@@ -86,6 +88,8 @@ pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
             standoff_rate_m_s: group.standoff.rate_m_s,
             turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
             feasible: group.is_feasible(),
+            altitude_m: 0.0,
+            separation_m: None,
         }
     }));
 }
@@ -107,7 +111,9 @@ fn track(known: &Known) -> Option<TrackRow> {
     Some(TrackRow {
         target: known.track.target.0,
         status,
+        place: if known.group().is_some() { Place::Member } else { Place::Unassigned },
         group: known.group().map(|group| group.0),
+        to_group: None,
         state,
         covariance,
     })

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use standoff_sim::record::{
-    DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, Record, RecordError, TrackRow, TrackStatus, TruthRow,
-    UavRow, Writer, occupancy,
+    DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, Place, Record, RecordError, TrackRow, TrackStatus,
+    TruthRow, UavRow, Writer, occupancy,
 };
 use tempfile::TempDir;
 
@@ -156,10 +156,10 @@ fn a_later_format_is_refused_and_another_version_is_read() {
     fs::write(&path, text.replace(&ours, r#""version": "9.1.0""#)).unwrap();
     assert_eq!(Record::open(&dir).unwrap().manifest().version, "9.1.0");
 
-    let later = r#"{"format": 2, "version": "9.1.0", "wind": true}"#;
+    let later = r#"{"format": 3, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
-    assert!(matches!(error, RecordError::Newer { format: 2, .. }));
+    assert!(matches!(error, RecordError::OtherFormat { format: 3, .. }));
     assert!(error.to_string().contains("9.1.0"), "{error}");
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 
@@ -410,7 +410,10 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             .map(|id| TrackRow {
                 target: id,
                 status: status[((id + instant) % 3) as usize],
+                place: [Place::Unassigned, Place::Member, Place::Dwell, Place::Discarded]
+                    [((id + instant) % 4) as usize],
                 group: id.is_multiple_of(2).then_some(id),
+                to_group: id.is_multiple_of(3).then_some(instant),
                 state: std::array::from_fn(|i| t * (i as f64 + 0.1) - f64::from(id)),
                 covariance: std::array::from_fn(|i| 1.0 / (t + i as f64 + 1.0)),
             })
@@ -429,6 +432,8 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             standoff_rate_m_s: -0.0,
             turn_limit_m: instant.is_multiple_of(3).then_some(150.0),
             feasible: instant.is_multiple_of(2),
+            altitude_m: 1500.0,
+            separation_m: instant.is_multiple_of(5).then_some(400.0 + t),
         }],
         detections: (0..uavs.min(instant))
             .map(|uav| DetectionRow {
@@ -442,6 +447,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             kind: "lost".to_owned(),
             target: instant.is_multiple_of(2).then_some(instant % targets),
             group: None,
+            to_group: instant.is_multiple_of(4).then_some(instant),
             uavs: (0..instant % 3).collect(),
             reason: "hidden — no line of sight".to_owned(),
         })),
@@ -470,6 +476,7 @@ fn uav(id: u32, t: f64) -> UavRow {
         feedforward_rad_s: None,
         convergence_threshold_m2_s: known(-5.0),
         centre_too_fast: false,
+        altitude_m: known(1500.0),
     }
 }
 

@@ -39,13 +39,13 @@ pub enum RecordError {
         /// The folder.
         dir: PathBuf,
     },
-    /// The record is of a later format than this program knows.
+    /// The record is of another format than this program knows.
     #[error(
-        "{} has record format {format}, written by standoff {version}; this program reads formats up \
-         to {known}: read it with standoff {version} or later",
+        "{} has record format {format}, written by standoff {version}; this program reads format {known}: read it \
+         with that version, or fly the scenario.toml beside it again",
         path.display(), known = super::FORMAT
     )]
-    Newer {
+    OtherFormat {
         /// The manifest.
         path: PathBuf,
         /// The record's format.

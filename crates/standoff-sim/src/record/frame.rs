@@ -63,6 +63,8 @@ pub struct UavRow {
     pub convergence_threshold_m2_s: Option<f64>,
     /// The group's centre is too fast for the desired field (29).
     pub centre_too_fast: bool,
+    /// Altitude asked for, above the plane, m.
+    pub altitude_m: Option<f64>,
 }
 
 /// A target as it really is.
@@ -95,6 +97,19 @@ pub enum TrackStatus {
     Coasting,
 }
 
+/// A target's place in the team's work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// In no group: new, or nobody can cover it.
+    Unassigned,
+    /// Member of a group.
+    Member,
+    /// In dwell: member of two groups, the passing and the receiving one.
+    Dwell,
+    /// Removed from its group, still predicted.
+    Discarded,
+}
+
 /// A track: the fused estimate of one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackRow {
@@ -102,8 +117,12 @@ pub struct TrackRow {
     pub target: u32,
     /// Track life.
     pub status: TrackStatus,
-    /// The group it belongs to.
+    /// Its place in the team's work.
+    pub place: Place,
+    /// The group it belongs to; in dwell, the passing one, whose duty it still is to keep it in view.
     pub group: Option<u32>,
+    /// In dwell, the receiving group.
+    pub to_group: Option<u32>,
     /// `[x, vx, ax, y, vy, ay]` in m, m/s, m/s2.
     pub state: [f64; 6],
     /// Upper triangle of the covariance of `state`, row by row (21 numbers).
@@ -115,7 +134,7 @@ pub struct TrackRow {
 pub struct GroupRow {
     /// Group id.
     pub group: u32,
-    /// Number of members.
+    /// Number of members, those in dwell to or from it included.
     pub members: u32,
     /// Estimated centre east, m.
     pub x_m: f64,
@@ -140,6 +159,10 @@ pub struct GroupRow {
     pub turn_limit_m: Option<f64>,
     /// Some orbit satisfies every constraint.
     pub feasible: bool,
+    /// Altitude of the group's orbit, above the plane, m.
+    pub altitude_m: f64,
+    /// Smallest distance between two of its UAVs, m.
+    pub separation_m: Option<f64>,
 }
 
 /// A measurement (7).
@@ -162,8 +185,10 @@ pub struct EventRow {
     pub kind: String,
     /// The target it happened to.
     pub target: Option<u32>,
-    /// The group concerned.
+    /// The group concerned; of a handoff or a re-assignment, the old one.
     pub group: Option<u32>,
+    /// Of a handoff or a re-assignment, the new group.
+    pub to_group: Option<u32>,
     /// The UAVs concerned.
     pub uavs: Vec<u32>,
     /// Why, in words.

@@ -9,9 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::RecordError;
 use super::folder::MANIFEST;
 
-/// The format of the records that this version writes, and the latest that it reads. It rises when
-/// the manifest or a table changes so that an older version could not read it.
-pub const FORMAT: u64 = 1;
+/// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
+pub const FORMAT: u64 = 2;
 
 /// What was run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,15 +68,15 @@ impl Manifest {
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         // A later format may have other fields: look at the format before insisting on ours.
         let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
-        if format > FORMAT {
-            return Err(RecordError::Newer { path, format, version });
+        if format != FORMAT {
+            return Err(RecordError::OtherFormat { path, format, version });
         }
         serde_json::from_str(&text).map_err(damaged)
     }
 
-    /// The folder's `run.json` is that of a record, of this format or a later one.
+    /// The folder's `run.json` is that of a record, of this format or another one.
     pub(super) fn is_in(dir: &Path) -> bool {
-        matches!(Self::read(dir), Ok(_) | Err(RecordError::Newer { .. }))
+        matches!(Self::read(dir), Ok(_) | Err(RecordError::OtherFormat { .. }))
     }
 }
 

@@ -3,7 +3,7 @@
 use parquet::data_type::ByteArray;
 
 use super::column::{Cells, Column, Fault, Field, Scalar, What};
-use super::frame::{DetectionRow, EventRow, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
+use super::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use super::table::Row;
 
 /// The names of all tables; the files are `<name>.parquet`.
@@ -64,7 +64,7 @@ table! { "uavs", UavRow:
     uav, group, x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, boresight_rad,
     speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
     centre_distance_m, phase_rad, steered_distance_m, desired_heading_rad, feedforward_rad_s,
-    convergence_threshold_m2_s, centre_too_fast
+    convergence_threshold_m2_s, centre_too_fast, altitude_m
 }
 
 table! { "truth", TruthRow:
@@ -73,12 +73,12 @@ table! { "truth", TruthRow:
 
 // `state` and `covariance` stand for several columns each: see `Named` below.
 table! { "tracks", TrackRow:
-    target, status, group, state, covariance
+    target, status, place, group, to_group, state, covariance
 }
 
 table! { "groups", GroupRow:
     group, members, x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, standoff_unclamped_m,
-    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible
+    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, altitude_m, separation_m
 }
 
 table! { "detections", DetectionRow:
@@ -86,7 +86,7 @@ table! { "detections", DetectionRow:
 }
 
 table! { "events", EventRow:
-    kind, target, group, uavs, reason
+    kind, target, group, to_group, uavs, reason
 }
 
 table! { "targets", TargetRow:
@@ -224,25 +224,29 @@ impl Scalar for String {
     }
 }
 
-impl Scalar for TrackStatus {
-    type Cell = ByteArray;
+/// Makes scalars of enumerations: each value is a word.
+macro_rules! words {
+    ($what:literal, $type:ident: $($value:ident = $word:literal),+ $(,)?) => {
+        impl Scalar for $type {
+            type Cell = ByteArray;
 
-    fn encode(&self) -> Result<ByteArray, What> {
-        Ok(ByteArray::from(match self {
-            Self::Cued => "cued",
-            Self::Held => "held",
-            Self::Coasting => "coasting",
-        }))
-    }
+            fn encode(&self) -> Result<ByteArray, What> {
+                Ok(ByteArray::from(match self { $(Self::$value => $word,)+ }))
+            }
 
-    fn decode(cell: ByteArray) -> Result<Self, What> {
-        match text(&cell)? {
-            "cued" => Ok(Self::Cued),
-            "held" => Ok(Self::Held),
-            "coasting" => Ok(Self::Coasting),
-            other => Err(What::Bad(format!("is no track status: {other:?}"))),
+            fn decode(cell: ByteArray) -> Result<Self, What> {
+                match text(&cell)? {
+                    $($word => Ok(Self::$value),)+
+                    other => Err(What::Bad(format!(concat!("is no ", $what, ": {:?}"), other))),
+                }
+            }
         }
-    }
+    };
+}
+
+words! { "track status", TrackStatus: Cued = "cued", Held = "held", Coasting = "coasting" }
+words! { "place of a target", Place:
+    Unassigned = "unassigned", Member = "member", Dwell = "dwell", Discarded = "discarded"
 }
 
 /// Ids joined by a space.

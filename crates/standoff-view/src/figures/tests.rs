@@ -3,7 +3,7 @@
 use super::{Figure, FigureError, Setup, figures, line_of_sight, phase};
 use standoff::Angle;
 use standoff::math::{PI, TAU, atan2, cos, exp, sin};
-use standoff_sim::record::{Frame, GroupRow, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
@@ -42,7 +42,8 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         let noise = |rate: f64| 4.0 * sin(time * rate + f64::from(target));
         let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
         let (status, group) = (TrackStatus::Held, (!missing(target)).then_some(1));
-        frame.tracks.push(TrackRow { target, status, group, state, covariance: [0.0; 21] });
+        let place = if group.is_some() { Place::Member } else { Place::Unassigned };
+        frame.tracks.push(TrackRow { target, status, place, group, to_group: None, state, covariance: [0.0; 21] });
     }
     for uav in 1..=uavs {
         let settle = exp(-time / 20.0);
@@ -70,6 +71,7 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
             feedforward_rad_s: None,
             convergence_threshold_m2_s: None,
             centre_too_fast: false,
+            altitude_m: None,
         });
     }
     frame.groups.push(GroupRow {
@@ -86,6 +88,8 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         standoff_rate_m_s: 0.0,
         turn_limit_m: None,
         feasible: true,
+        altitude_m: 0.0,
+        separation_m: None,
     });
     frame
 }
