@@ -1,6 +1,8 @@
 //! From the agents' types to the record's rows.
 
-use standoff::{Angle, Detection, Event, Known, Picture, Step, Time, TrackStatus as Status, UavId, UavState};
+use standoff::{
+    Angle, Detection, Duty, Event, Known, Membership, Picture, Step, Time, TrackStatus as Status, UavId, UavState,
+};
 
 use crate::record::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::world::Truth;
@@ -45,7 +47,7 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
         feedforward_rad_s: steering.map(|steering| steering.feedforward_rad_s),
         convergence_threshold_m2_s: steering.map(|steering| steering.convergence_threshold_m2_s),
         centre_too_fast: steering.is_some_and(|steering| steering.centre_too_fast),
-        altitude_m: None,
+        altitude_m: step.altitude_m,
     }
 }
 
@@ -58,13 +60,18 @@ pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
     }
 }
 
-pub(crate) fn event(event: &Event) -> EventRow {
+/// The UAVs of an event are those of its groups where it names none.
+pub(crate) fn event(event: &Event, picture: &Picture) -> EventRow {
+    let is_concerned = |duty: &&Duty| match event.uav {
+        Some(uav) => duty.uav == uav,
+        None => Some(duty.group) == event.group || Some(duty.group) == event.to,
+    };
     EventRow {
         kind: event.kind.name().to_owned(),
         target: event.target.map(|target| target.0),
         group: event.group.map(|group| group.0),
-        to_group: None,
-        uavs: Vec::new(),
+        to_group: event.to.map(|group| group.0),
+        uavs: picture.crew.iter().filter(is_concerned).map(|duty| duty.uav.0).collect(),
         reason: event.kind.to_string(),
     }
 }
@@ -88,8 +95,8 @@ pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
             standoff_rate_m_s: group.standoff.rate_m_s,
             turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
             feasible: group.is_feasible(),
-            altitude_m: 0.0,
-            separation_m: None,
+            altitude_m: group.altitude_m,
+            separation_m: group.separation_m,
         }
     }));
 }
@@ -111,9 +118,14 @@ fn track(known: &Known) -> Option<TrackRow> {
     Some(TrackRow {
         target: known.track.target.0,
         status,
-        place: if known.group().is_some() { Place::Member } else { Place::Unassigned },
+        place: match known.membership {
+            Membership::Unassigned => Place::Unassigned,
+            Membership::Member(_) => Place::Member,
+            Membership::Dwell(_) => Place::Dwell,
+            Membership::Discarded => Place::Discarded,
+        },
         group: known.group().map(|group| group.0),
-        to_group: None,
+        to_group: known.receiving_group().map(|group| group.0),
         state,
         covariance,
     })

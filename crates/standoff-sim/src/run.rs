@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use standoff::{Agent, LookAt, Message, ParamError, Scan, TargetId, Time, UavId, UavState};
+use standoff::{Fleet, LookAt, ParamError, Scan, TargetId, Time, UavId, UavState};
 
 use crate::draws::Draws;
 use crate::record::Frame;
@@ -21,29 +21,30 @@ pub struct Mission<'a> {
     world: World<'a>,
     draws: Draws,
     uavs: Vec<Uav>,
+    /// The agents: the radio is perfect, so they keep one picture.
+    fleet: Fleet,
     cued: BTreeSet<TargetId>,
     tick: i64,
     truth: Vec<Truth>,
 }
 
-/// A UAV in the world, and the agent that flies it.
+/// A UAV in the world, and where its agent wants its sensor to look.
 struct Uav {
+    id: UavId,
     state: UavState,
-    agent: Agent,
     look_at: Option<LookAt>,
 }
 
 impl<'a> Mission<'a> {
     /// A mission at its start.
     pub fn new(scenario: &'a Scenario) -> Result<Self, Vec<ParamError>> {
-        let uavs = scenario.uavs.iter().zip(0u32..).map(|(state, id)| {
-            Ok(Uav { state: *state, agent: Agent::new(UavId(id), scenario.settings.team)?, look_at: None })
-        });
+        let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav { id: UavId(id), state: *state, look_at: None });
         Ok(Self {
             scenario,
             world: World::new(scenario),
             draws: Draws::new(scenario.seed),
-            uavs: uavs.collect::<Result<_, Vec<ParamError>>>()?,
+            uavs: uavs.collect(),
+            fleet: Fleet::new(scenario.settings.team)?,
             cued: BTreeSet::new(),
             tick: 0,
             truth: Vec::new(),
@@ -63,8 +64,8 @@ impl<'a> Mission<'a> {
         let now = Time::from_us(self.tick * self.scenario.settings.period.us());
         self.world.look(now, &mut self.truth);
         let scans = self.scan();
-        let inbox = self.say(now, &scans);
-        let frame = self.decide(now, &scans, &inbox);
+        self.say(now, &scans);
+        let frame = self.decide(now, &scans);
         self.world.step();
         self.tick += 1;
         Some(frame)
@@ -81,7 +82,7 @@ impl<'a> Mission<'a> {
         let Settings { period, noise, team, .. } = &self.scenario.settings;
         let scan = |uav: &Uav| {
             let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, *period));
-            let from = (uav.agent.id(), uav.state.position);
+            let from = (uav.id, uav.state.position);
             let detections = boresight.map_or_else(Vec::new, |boresight| {
                 sensors::scan(from, boresight, &self.truth, &team.track.sensor, *noise, self.draws, self.tick as u64)
             });
@@ -90,43 +91,32 @@ impl<'a> Mission<'a> {
         self.uavs.iter().map(scan).collect()
     }
 
-    /// What everybody hears at this instant: the radio is perfect.
-    fn say(&mut self, now: Time, scans: &[OwnedScan]) -> Vec<Message> {
-        let mut said = Vec::new();
+    /// Everybody hears everything of this instant: the scans, and cues of targets that have just appeared.
+    fn say(&mut self, now: Time, scans: &[OwnedScan]) {
+        let mut cues = Vec::new();
         for target in &self.truth {
             if self.cued.insert(target.target) {
-                said.push(Message::Cue(sensors::cue(target, now, self.scenario.settings.cue, self.draws)));
+                cues.push(sensors::cue(target, now, self.scenario.settings.cue, self.draws));
             }
         }
-        for (uav, scan) in self.uavs.iter().zip(scans) {
-            said.push(Message::Report(uav.agent.report(now, &uav.state, scan.borrow())));
-        }
-        said
+        let said = self.uavs.iter().zip(scans).map(|(uav, scan)| (&uav.state, scan.borrow()));
+        self.fleet.hear(now, said, &cues);
     }
 
     /// Every agent decides, and its UAV flies its command until the next instant.
-    fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) -> Frame {
+    fn decide(&mut self, now: Time, scans: &[OwnedScan]) -> Frame {
         let Settings { period, team, .. } = &self.scenario.settings;
         let mut frame = rows::frame(now, &self.truth);
-        for (index, (uav, scan)) in self.uavs.iter_mut().zip(scans).enumerate() {
-            let id = uav.agent.id();
-            let step = uav.agent.step(now, &uav.state, scan.borrow(), inbox);
-            frame.uavs.push(rows::uav(id, &uav.state, scan.boresight, &step));
-            frame.detections.extend(scan.detections.iter().map(|detection| rows::detection(id, detection)));
-            if index == 0 {
-                frame.events.extend(step.events.iter().map(rows::event));
-            }
+        for (uav, scan) in self.uavs.iter_mut().zip(scans) {
+            let step = self.fleet.decide(uav.id, &uav.state);
+            frame.uavs.push(rows::uav(uav.id, &uav.state, scan.boresight, &step));
+            frame.detections.extend(scan.detections.iter().map(|detection| rows::detection(uav.id, detection)));
             uav.look_at = step.look_at;
             uav.state = team.uav.step(&uav.state, step.command.command, *period);
         }
-        // With a perfect radio every agent holds the same picture: the record keeps the first one's.
-        if let Some(first) = self.uavs.first() {
-            rows::picture(first.agent.picture(), &mut frame);
-        }
-        let crew: Vec<u32> = frame.uavs.iter().map(|row| row.uav).collect();
-        for event in frame.events.iter_mut().filter(|event| event.group.is_some()) {
-            event.uavs.clone_from(&crew);
-        }
+        let picture = self.fleet.picture();
+        frame.events.extend(self.fleet.events().iter().map(|event| rows::event(event, picture)));
+        rows::picture(picture, &mut frame);
         frame
     }
 }
@@ -161,13 +151,13 @@ mod tests {
                     let now = Time::from_us(mission.tick * scenario.settings.period.us());
                     mission.world.look(now, &mut mission.truth);
                     let scans = mission.scan();
-                    let inbox = mission.say(now, &scans);
+                    mission.say(now, &scans);
                     if lies {
                         for target in &mut mission.truth {
                             target.state = TargetState(target.state.0 * -3.0);
                         }
                     }
-                    frames.push(mission.decide(now, &scans, &inbox));
+                    frames.push(mission.decide(now, &scans));
                     mission.world.step();
                     mission.tick += 1;
                 }

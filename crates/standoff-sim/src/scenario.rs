@@ -15,7 +15,7 @@ mod resolve;
 mod start;
 mod team;
 
-use standoff::{Duration, TargetParams, TargetState, TeamParams, UavState};
+use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavState};
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in};
 pub use error::{Problem, ScenarioError};
@@ -90,9 +90,24 @@ pub enum Targets {
         model: TargetParams,
         /// Their first states.
         start: Vec<TargetState>,
+        /// What some of them do on purpose.
+        manoeuvres: Vec<Manoeuvre>,
     },
     /// Read from a file.
     Traffic(Traffic),
+}
+
+/// An acceleration beside the random one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Manoeuvre {
+    /// Who manoeuvres.
+    pub target: TargetId,
+    /// From when, s.
+    pub from_s: f64,
+    /// Until when, s; not before `from_s`.
+    pub until_s: f64,
+    /// East and north, m/s2.
+    pub acceleration_m_s2: [f64; 2],
 }
 
 impl Scenario {

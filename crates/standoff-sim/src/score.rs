@@ -216,7 +216,7 @@ impl Scorer {
             }
         }
 
-        let members: Vec<Position> = members(frame, group.group).map(position).collect();
+        let members: Vec<Position> = on_orbit(frame, group.group).map(position).collect();
         let Some(centroid) = centroid(&members) else { return };
         let distances_m = members.iter().map(|member| member.distance_m(centroid));
         let spread = Spread { distance_m: distances_m.fold(0.0, f64::max), rate_m_s: 0.0 };
@@ -241,7 +241,7 @@ impl Scorer {
             let boresight = Angle::from_rad(boresight);
             let off_deg =
                 |member: &TruthRow| ((position(member) - at(uav)).direction() - boresight).abs_rad().to_degrees();
-            let Some(largest_deg) = members(frame, group).map(off_deg).reduce(f64::max) else { continue };
+            let Some(largest_deg) = in_duty(frame, group).map(off_deg).reduce(f64::max) else { continue };
             self.line_of_sight_deg.add(largest_deg);
             self.line_of_sight_max_deg =
                 Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
@@ -336,9 +336,15 @@ fn centroid(positions: &[Position]) -> Option<Position> {
     (!positions.is_empty()).then(|| Position::from_m(sum.0 / n, sum.1 / n))
 }
 
-/// The true states of a group's members that exist.
-fn members(frame: &Frame, group: u32) -> impl Iterator<Item = &TruthRow> {
+/// The true states of the existing targets that a group has to keep in view: those in dwell to it are not its duty yet.
+fn in_duty(frame: &Frame, group: u32) -> impl Iterator<Item = &TruthRow> {
     let of_group = frame.tracks.iter().filter(move |track| track.group == Some(group));
+    of_group.filter_map(|track| truth_of(frame, track.target))
+}
+
+/// The true states of the existing targets that a group's orbit goes about, those in dwell from and to it included.
+fn on_orbit(frame: &Frame, group: u32) -> impl Iterator<Item = &TruthRow> {
+    let of_group = frame.tracks.iter().filter(move |track| [track.group, track.to_group].contains(&Some(group)));
     of_group.filter_map(|track| truth_of(frame, track.target))
 }
 

@@ -3,7 +3,7 @@
 use standoff::{Position, TargetId, TargetState, Time, Transition, Velocity};
 
 use crate::draws::{Draws, Stream};
-use crate::scenario::{Scenario, Targets};
+use crate::scenario::{Manoeuvre, Scenario, Targets};
 use crate::traffic::Traffic;
 
 /// A target as it is.
@@ -25,7 +25,7 @@ pub struct World<'a> {
 }
 
 enum Kind<'a> {
-    Random { states: Vec<TargetState>, transition: Transition },
+    Random { states: Vec<TargetState>, transition: Transition, manoeuvres: &'a [Manoeuvre] },
     Traffic(&'a Traffic),
 }
 
@@ -33,9 +33,11 @@ impl<'a> World<'a> {
     /// The world of a scenario at its start.
     pub fn new(scenario: &'a Scenario) -> Self {
         let kind = match &scenario.targets {
-            Targets::Random { model, start } => {
-                Kind::Random { states: start.clone(), transition: model.transition(scenario.settings.period) }
-            }
+            Targets::Random { model, start, manoeuvres } => Kind::Random {
+                states: start.clone(),
+                transition: model.transition(scenario.settings.period),
+                manoeuvres,
+            },
             Targets::Traffic(traffic) => Kind::Traffic(traffic),
         };
         Self { kind, draws: Draws::new(scenario.seed), tick: 0 }
@@ -45,11 +47,14 @@ impl<'a> World<'a> {
     pub fn look(&self, now: Time, truth: &mut Vec<Truth>) {
         truth.clear();
         match &self.kind {
-            Kind::Random { states, .. } => truth.extend(states.iter().enumerate().map(|(index, state)| Truth {
-                target: TargetId(index as u32),
-                state: *state,
-                knows_acceleration: true,
-            })),
+            Kind::Random { states, manoeuvres, .. } => {
+                truth.extend(states.iter().zip(0..).map(|(state, id)| {
+                    let target = TargetId(id);
+                    let own = manoeuvres.iter().filter(|manoeuvre| manoeuvre.target == target);
+                    let state = own.fold(*state, |state, manoeuvre| manoeuvred(&state, manoeuvre, now.s()));
+                    Truth { target, state, knows_acceleration: true }
+                }));
+            }
             Kind::Traffic(traffic) => {
                 let file_us = traffic.begin_us.saturating_add(now.us());
                 let present = traffic.vehicles.iter().enumerate().filter_map(|(index, vehicle)| {
@@ -67,7 +72,7 @@ impl<'a> World<'a> {
     /// Moves on by one period.
     pub fn step(&mut self) {
         self.tick += 1;
-        let Kind::Random { states, transition } = &mut self.kind else { return };
+        let Kind::Random { states, transition, .. } = &mut self.kind else { return };
         let factor = transition.noise_factor();
         for (index, state) in states.iter_mut().enumerate() {
             let mut draw = self.draws.at(Stream::TargetMotion, index as u64, self.tick);
@@ -89,5 +94,42 @@ impl<'a> World<'a> {
             Targets::Random { start, .. } => (1..=start.len()).map(|number| format!("target-{number}")).collect(),
             Targets::Traffic(traffic) => traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect(),
         }
+    }
+}
+
+/// Where a manoeuvre has brought a target by `now_s`: the integral of its acceleration adds to the random motion.
+fn manoeuvred(state: &TargetState, manoeuvre: &Manoeuvre, now_s: f64) -> TargetState {
+    let Manoeuvre { from_s, until_s, acceleration_m_s2: [ax, ay], .. } = *manoeuvre;
+    let lasted_s = (now_s.min(until_s) - from_s).max(0.0);
+    let coasted_s = (now_s - until_s).max(0.0);
+    let moved_s2 = lasted_s * (0.5 * lasted_s + coasted_s);
+    let acts = f64::from(from_s <= now_s && now_s < until_s);
+    let [x, vx, now_ax, y, vy, now_ay]: [f64; 6] = state.0.into();
+    TargetState(
+        [
+            x + ax * moved_s2,
+            vx + ax * lasted_s,
+            now_ax + ax * acts,
+            y + ay * moved_s2,
+            vy + ay * lasted_s,
+            now_ay + ay * acts,
+        ]
+        .into(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 m/s2 for 3 s: 9 m and 6 m/s by its end, 33 m four seconds later.
+    #[test]
+    fn a_manoeuvre_is_an_acceleration_for_some_time() {
+        let manoeuvre = Manoeuvre { target: TargetId(0), from_s: 10.0, until_s: 13.0, acceleration_m_s2: [2.0, -2.0] };
+        let at = |now_s| -> [f64; 6] { manoeuvred(&TargetState::default(), &manoeuvre, now_s).0.into() };
+        assert_eq!(at(10.0), [0.0, 0.0, 2.0, 0.0, 0.0, -2.0]);
+        assert_eq!(at(13.0), [9.0, 6.0, 0.0, -9.0, -6.0, 0.0]);
+        assert_eq!(at(17.0), [33.0, 6.0, 0.0, -33.0, -6.0, 0.0]);
+        assert_eq!(at(9.0), [0.0; 6]);
     }
 }

@@ -8,21 +8,16 @@
 
 use crate::angle::Angle;
 use crate::coordination::event::Event;
-use crate::coordination::group::{Group, GroupId};
+use crate::coordination::group::GroupId;
 use crate::frame::{Position, Velocity};
-use crate::guidance::heading::{Steering, steer};
-use crate::guidance::spacing::{spacing_error_rad, spacing_speed_m_s};
-use crate::inbox::{Inbox, Teammate};
+use crate::guidance::heading::Steering;
 use crate::message::{Detection, Message, Report};
+use crate::mind::Mind;
 use crate::param::ParamError;
-use crate::picture::{News, Picture, Scratch};
-use crate::target::Transition;
+use crate::picture::Picture;
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
-use crate::uav::{Command, LimitedCommand, UavId, UavState};
-
-/// A teammate not heard for longer than this has left the orbit, as far as spacing goes.
-const TEAMMATE_TIMEOUT: Duration = Duration::from_us(3_000_000);
+use crate::uav::{LimitedCommand, UavId, UavState};
 
 /// What this UAV's own sensor said.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -54,6 +49,8 @@ impl LookAt {
 pub struct Step<'a> {
     /// What to ask of the autopilot, inside the limits.
     pub command: LimitedCommand,
+    /// Altitude to fly at above the plane, m: that of the group's orbit; `None`: it serves no group.
+    pub altitude_m: Option<f64>,
     /// Where to point the sensor; `None`: nothing is known to look at.
     pub look_at: Option<LookAt>,
     /// What to say to the teammates.
@@ -71,8 +68,14 @@ pub struct Diagnostics {
     pub group: Option<GroupId>,
     /// How it steered onto the group's orbit.
     pub steering: Option<Steering>,
+    /// Some orbit about the group satisfies every constraint; `true` without a group.
+    pub orbit_is_feasible: bool,
     /// How far it lags behind its place on the orbit, rad.
     pub spacing_error_rad: f64,
+    /// Distance to the nearest other UAV of its group, m.
+    pub separation_m: Option<f64>,
+    /// Targets that are known, not lost, and in no group.
+    pub unassigned_targets: u32,
     /// Messages refused since the start.
     pub refused_messages: u32,
     /// The UAV's own state was not finite: it holds its course.
@@ -111,44 +114,16 @@ pub struct Agent {
     id: UavId,
     epoch: u32,
     sequence: u32,
-    params: TeamParams,
-    /// The picture of the instant before this one.
-    previous: Picture,
-    picture: Picture,
-    inbox: Inbox,
     outbox: Vec<Message>,
     /// The outbox is of this instant.
     said: bool,
-    /// The target model over the time since the previous picture.
-    transition: Transition,
-    no_time: Transition,
-    scratch: Scratch,
-    started: bool,
+    mind: Mind,
 }
 
 impl Agent {
     /// An agent of a team; all that is out of range is reported at once.
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
-        let errors = params.errors();
-        if !errors.is_empty() {
-            return Err(errors);
-        }
-        let no_time = params.track.target.transition(Duration::ZERO);
-        Ok(Self {
-            id,
-            epoch: 0,
-            sequence: 0,
-            params,
-            previous: Picture::default(),
-            picture: Picture::default(),
-            inbox: Inbox::default(),
-            outbox: Vec::new(),
-            said: false,
-            transition: no_time,
-            no_time,
-            scratch: Scratch::default(),
-            started: false,
-        })
+        Ok(Self { id, epoch: 0, sequence: 0, outbox: Vec::new(), said: false, mind: Mind::new(params)? })
     }
 
     /// The same agent after a restart: teammates take its reports for new ones again. Each restart counts one up.
@@ -164,17 +139,16 @@ impl Agent {
 
     /// What the team knows and intends, as of the last step.
     pub fn picture(&self) -> &Picture {
-        &self.picture
+        self.mind.picture()
     }
 
     /// What this UAV has to say of a scan; [`Step::outbox`] says it too. For a harness in which all speak before any
     /// decides.
     pub fn report(&self, now: Time, own: &UavState, scan: Scan) -> Report {
-        let is_new_instant = !self.started || now > self.picture.time;
         Report {
             uav: self.id,
             epoch: self.epoch,
-            sequence: self.sequence.wrapping_add(u32::from(is_new_instant)),
+            sequence: self.sequence.wrapping_add(u32::from(self.mind.is_past(now))),
             time: now,
             state: *own,
             boresight: scan.boresight,
@@ -190,36 +164,23 @@ impl Agent {
     ///
     /// Total: whatever comes in, the command is inside the limits.
     pub fn step(&mut self, now: Time, own: &UavState, scan: Scan, inbox: &[Message]) -> Step<'_> {
-        if !self.started || now > self.picture.time {
-            self.open_instant(now);
+        if self.mind.is_past(now) {
+            self.mind.open(now);
+            self.sequence = self.sequence.wrapping_add(1);
+            self.said = false;
         }
-        let own_state_invalid = !own.is_finite();
-        if now == self.picture.time && !own_state_invalid {
+        if now == self.mind.picture().time && own.is_finite() {
             self.say(now, own, scan);
         }
         for message in inbox {
             match message {
                 Message::Report(report) if report.uav == self.id => {}
-                _ => self.inbox.hear(message),
+                _ => self.mind.inbox.hear(message),
             }
         }
-        let news =
-            News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition, no_time: &self.no_time };
-        self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
-        self.decide(now, own, own_state_invalid)
-    }
-
-    fn open_instant(&mut self, now: Time) {
-        core::mem::swap(&mut self.previous, &mut self.picture);
-        let dt = if self.started { now - self.previous.time } else { Duration::ZERO };
-        self.started = true;
-        if dt != self.transition.dt {
-            self.transition = self.params.track.target.transition(dt);
-        }
-        self.picture.time = now;
-        self.sequence = self.sequence.wrapping_add(1);
-        self.inbox.open(now);
-        self.said = false;
+        self.mind.follow();
+        let outbox = if self.said { &self.outbox } else { &[] as &[Message] };
+        self.mind.decide(self.id, own, outbox)
     }
 
     /// Puts the own report into the outbox and into the own inbox. The first report of an instant counts.
@@ -237,77 +198,7 @@ impl Agent {
             self.said = true;
         }
         for message in &self.outbox {
-            self.inbox.hear(message);
+            self.mind.inbox.hear(message);
         }
     }
-
-    fn decide(&self, now: Time, own: &UavState, own_state_invalid: bool) -> Step<'_> {
-        let group = self.picture.groups.first().filter(|_| !own_state_invalid);
-        let (wanted, spacing_error_rad, steering) = match group {
-            _ if own_state_invalid => {
-                (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
-            }
-            Some(group) => self.fly_orbit(now, own, group),
-            None => (self.hold(), 0.0, None),
-        };
-        Step {
-            command: self.params.uav.limit(wanted),
-            look_at: self.look_at(own),
-            outbox: if self.said { &self.outbox } else { &[] },
-            events: &self.scratch.events,
-            diagnostics: Diagnostics {
-                group: group.map(|group| group.id),
-                steering,
-                spacing_error_rad,
-                refused_messages: self.inbox.refused(),
-                own_state_invalid,
-            },
-        }
-    }
-
-    fn fly_orbit(&self, now: Time, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
-        let guidance = &self.params.guidance;
-        let orbit = group.orbit(&self.params.group.standoff);
-        let phase = |position: Position| (position - orbit.centre).direction();
-        let others = self
-            .inbox
-            .teammates()
-            .filter(|mate| mate.uav != self.id && now - mate.heard_at <= TEAMMATE_TIMEOUT)
-            .map(|mate| (mate.uav, phase(extrapolated(&mate, now))));
-        let error_rad =
-            spacing_error_rad((self.id, phase(own.position)), others, guidance.separation_rad, guidance.sense);
-        let nominal_m_s = self.params.uav.speed_m_s;
-        let centre_m_s = orbit.centre_velocity.speed_m_s();
-        let wanted_m_s =
-            spacing_speed_m_s(error_rad, guidance.spacing_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
-        // The field is flown at the speed that the limits leave, so that (25) and (29) hold for it.
-        let flown = self.params.uav.limit(Command { speed_m_s: wanted_m_s, turn_rate_rad_s: 0.0 });
-        let steering = steer(guidance, own, &orbit, flown.command.speed_m_s);
-        let wanted = Command { speed_m_s: wanted_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        (wanted, error_rad, Some(steering))
-    }
-
-    /// With nothing to watch: a circle of the smallest orbit, where the UAV is.
-    fn hold(&self) -> Command {
-        let speed_m_s = self.params.uav.speed_m_s;
-        let turn_rate_rad_s = self.params.guidance.sense.sign() * speed_m_s / self.params.group.standoff.radius_min_m;
-        Command { speed_m_s, turn_rate_rad_s }
-    }
-
-    /// The group's centre; without a group, the nearest track.
-    fn look_at(&self, own: &UavState) -> Option<LookAt> {
-        if let Some(group) = self.picture.groups.first() {
-            let centre = group.centre.estimate().state;
-            return Some(LookAt { position: centre.position(), velocity: centre.velocity() });
-        }
-        let states = self.picture.known.iter().filter(|known| !known.track.is_lost()).map(|k| k.track.estimate().state);
-        let distance_m = |position: Position| position.distance_m(own.position);
-        states
-            .min_by(|a, b| distance_m(a.position()).total_cmp(&distance_m(b.position())))
-            .map(|state| LookAt { position: state.position(), velocity: state.velocity() })
-    }
-}
-
-fn extrapolated(mate: &Teammate, now: Time) -> Position {
-    mate.state.position + mate.state.velocity() * (now - mate.heard_at).s()
 }

@@ -3,12 +3,16 @@
 //! A report counts for the instant at which its scan was made. One that repeats what was heard changes nothing; one
 //! from another instant is refused and counted.
 
+use crate::angle::Angle;
 use crate::message::{Cue, Message, Report};
-use crate::time::Time;
+use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
 /// More UAVs than this are not listened to: a team is a few.
 const TEAM_MAX: usize = 256;
+
+/// A UAV not heard for longer than this counts as lost.
+const TEAMMATE_TIMEOUT: Duration = Duration::from_us(3_000_000);
 
 /// What an agent has heard.
 #[derive(Debug, Clone, Default)]
@@ -29,12 +33,13 @@ struct Slot {
     before: Option<(u32, u32)>,
 }
 
-/// A teammate as last heard.
+/// A teammate, carried on to now.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Teammate {
     pub(crate) uav: UavId,
-    pub(crate) heard_at: Time,
     pub(crate) state: UavState,
+    /// Where its sensor points, if it was heard at this very instant.
+    pub(crate) boresight: Option<Angle>,
 }
 
 impl Inbox {
@@ -90,7 +95,7 @@ impl Inbox {
         copy_report(report, &mut slot.report);
     }
 
-    fn hear_cue(&mut self, cue: &Cue) {
+    pub(crate) fn hear_cue(&mut self, cue: &Cue) {
         if !cue.is_sound() || cue.time > self.now {
             return self.refuse();
         }
@@ -113,12 +118,13 @@ impl Inbox {
         &self.cues
     }
 
-    /// Everybody ever heard, by ascending UAV.
-    pub(crate) fn teammates(&self) -> impl Iterator<Item = Teammate> {
-        self.slots.iter().map(|slot| Teammate {
-            uav: slot.report.uav,
-            heard_at: slot.report.time,
-            state: slot.report.state,
+    /// The team: everybody heard of late, by ascending UAV, and where they would be now.
+    pub(crate) fn teammates(&self, now: Time) -> impl Iterator<Item = Teammate> {
+        let of_late = self.slots.iter().filter(move |slot| now - slot.report.time <= TEAMMATE_TIMEOUT);
+        of_late.map(move |slot| {
+            let Report { uav, time, mut state, boresight, .. } = slot.report;
+            state.position = state.position + state.velocity() * (now - time).s();
+            Teammate { uav, state, boresight: boresight.filter(|_| time == now) }
         })
     }
 }

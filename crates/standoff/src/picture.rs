@@ -3,18 +3,18 @@
 //! A picture is a function of the picture before it and of what was said in between; whose agent computes it makes no
 //! difference, not in a single bit.
 
-use crate::coordination::event::{Event, EventKind};
-use crate::coordination::group::{Group, GroupId};
-use crate::coordination::membership::{self, Known};
+use crate::coordination::Roster;
+use crate::coordination::assignment::{Duty, Site, assign};
+use crate::coordination::event::{AssignmentReason, Event, EventKind};
+use crate::coordination::group::{Before, Group, GroupId};
+use crate::coordination::membership::{Buffers, Known, OnDuty, Settling};
 use crate::estimation::track::{Look, Track, TrackStatus};
 use crate::frame::Position;
 use crate::inbox::Inbox;
 use crate::target::{TargetId, Transition};
 use crate::team::TeamParams;
 use crate::time::Time;
-
-/// The only group there is until targets are clustered into several.
-const GROUP: GroupId = GroupId(0);
+use crate::uav::UavId;
 
 /// What a team knows and intends at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -25,6 +25,14 @@ pub struct Picture {
     pub known: Vec<Known>,
     /// The groups, by ascending id.
     pub groups: Vec<Group>,
+    /// Who serves which group, by ascending UAV: every UAV heard of late, while there is anything to watch.
+    pub crew: Vec<Duty>,
+    /// Number of targets that are known, not lost, and in no group.
+    pub unassigned: u32,
+    /// The id of the next group that is founded.
+    next_group: u32,
+    /// When it is next asked whether UAVs could watch more elsewhere.
+    next_review: Time,
 }
 
 /// What came in between two pictures.
@@ -42,9 +50,23 @@ pub(crate) struct News<'a> {
 /// Buffers that live on, so that a step allocates nothing.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Scratch {
+    /// Everything measured at this instant, by target then UAV.
+    sightings: Vec<Sighting>,
     looks: Vec<Look>,
+    /// The team now, and whom each serves.
+    pub(crate) on_duty: Vec<OnDuty>,
+    /// Who belonged where at the last instant, as places of now.
+    roster_before: Roster,
+    buffers: Buffers,
     /// What changed in the last picture.
     pub(crate) events: Vec<Event>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sighting {
+    target: TargetId,
+    uav: UavId,
+    look: Look,
 }
 
 impl Picture {
@@ -57,17 +79,47 @@ impl Picture {
         self.known.binary_search_by_key(&target, |known| known.track.target)
     }
 
+    /// The group that a UAV serves.
+    pub fn group_of(&self, uav: UavId) -> Option<&Group> {
+        let duty = self.crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| &self.crew[index])?;
+        self.group(duty.group)
+    }
+
+    /// The group of that id.
+    pub fn group(&self, id: GroupId) -> Option<&Group> {
+        self.groups.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.groups[index])
+    }
+
     /// Becomes the picture that follows `previous`, given the news; what changed goes into `scratch.events`.
     pub(crate) fn follow(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
         scratch.events.clear();
         self.time = news.now;
         self.known.clear();
         self.known.extend_from_slice(&previous.known);
+        (self.next_group, self.next_review) = (previous.next_group, previous.next_review);
+        gather_sightings(news.inbox, &mut scratch.sightings);
         self.take_cues(news, params, &mut scratch.events);
         self.advance_tracks(previous, news, params, scratch);
-        self.start_unknown(news, params, scratch);
-        membership::settle(&mut self.known, GROUP, &params.group, &mut scratch.events);
-        self.form_groups(previous, news, params, &mut scratch.events);
+        self.start_unknown(params, scratch);
+
+        gather_team(previous, news, &mut scratch.on_duty);
+        scratch.roster_before.fill(&self.known);
+        Settling {
+            now: news.now,
+            known: &mut self.known,
+            previous: &previous.groups,
+            on_duty: &scratch.on_duty,
+            params,
+            next_group: &mut self.next_group,
+            next_review: &mut self.next_review,
+            events: &mut scratch.events,
+            buffers: &mut scratch.buffers,
+        }
+        .settle();
+        self.unassigned = self.known.iter().filter(|known| known.is_outside()).count() as u32;
+        self.form_groups(previous, news, params, scratch);
+        self.assign_crew(previous, params, scratch);
+        self.judge_groups(previous, params, scratch);
     }
 
     fn take_cues(&mut self, news: &News, params: &TeamParams, events: &mut Vec<Event>) {
@@ -76,10 +128,10 @@ impl Picture {
             let wanted = place.is_err() || place.is_ok_and(|index| self.known[index].track.is_lost());
             let Some(track) = Track::from_cue(cue, &params.track, news.now).filter(|_| wanted) else { continue };
             match place {
-                Ok(index) => self.known[index] = Known::free(track),
-                Err(index) => self.known.insert(index, Known::free(track)),
+                Ok(index) => self.known[index] = Known::unassigned(track),
+                Err(index) => self.known.insert(index, Known::unassigned(track)),
             }
-            events.push(Event { kind: EventKind::Cued, target: Some(cue.target), group: None });
+            events.push(Event::of_target(EventKind::Cued, cue.target, None));
         }
     }
 
@@ -94,7 +146,7 @@ impl Picture {
         };
         for known in &mut self.known {
             let before = known.track;
-            looks_at(before.target, news.inbox, &mut scratch.looks);
+            looks_at(before.target, &scratch.sightings, &mut scratch.looks);
             // A track that a cue has just started is at this instant already.
             let was_alive = previous.find(before.target).is_some_and(|old| !old.track.is_lost());
             let step = if was_alive || before.is_lost() { news.transition } else { news.no_time };
@@ -106,46 +158,131 @@ impl Picture {
                 (TrackStatus::Cued, TrackStatus::Held) => EventKind::Acquired,
                 _ => continue,
             };
-            scratch.events.push(Event { kind, target: Some(before.target), group: known.group() });
+            let event = Event::of_target(kind, before.target, known.group());
+            scratch.events.push(Event { to: known.receiving_group(), ..event });
         }
     }
 
     /// Detections of targets that nobody handed over start tracks of their own.
-    fn start_unknown(&mut self, news: &News, params: &TeamParams, scratch: &mut Scratch) {
-        for detection in news.inbox.reports().flat_map(|report| &report.detections) {
-            let Err(index) = self.place(detection.target) else { continue };
-            looks_at(detection.target, news.inbox, &mut scratch.looks);
-            let started = Track::from_looks(detection.target, &scratch.looks, &params.track);
+    fn start_unknown(&mut self, params: &TeamParams, scratch: &mut Scratch) {
+        for sighting in &scratch.sightings {
+            let Err(index) = self.place(sighting.target) else { continue };
+            looks_at(sighting.target, &scratch.sightings, &mut scratch.looks);
+            let started = Track::from_looks(sighting.target, &scratch.looks, &params.track);
             let Some(track) = started else { continue };
-            self.known.insert(index, Known::free(track));
-            let kind = EventKind::Acquired;
-            scratch.events.push(Event { kind, target: Some(detection.target), group: None });
+            self.known.insert(index, Known::unassigned(track));
+            scratch.events.push(Event::of_target(EventKind::Acquired, sighting.target, None));
         }
     }
 
-    fn form_groups(&mut self, previous: &Picture, news: &News, params: &TeamParams, events: &mut Vec<Event>) {
+    fn form_groups(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &Scratch) {
         self.groups.clear();
-        let before = previous.groups.iter().find(|group| group.id == GROUP);
-        let carried = before.map(|group| (group, previous.known.as_slice()));
-        let Some(group) = Group::form(GROUP, &self.known, carried, news.transition, params) else { return };
-        if group.is_feasible() != before.is_none_or(Group::is_feasible) {
-            let kind = match group.is_feasible() {
-                true => EventKind::OrbitFeasible,
-                false => EventKind::OrbitInfeasible { smallest_m: group.smallest_m, largest_m: group.largest_m },
+        let (now, before) = (&scratch.buffers.roster, &scratch.roster_before);
+        for id in now.groups() {
+            let old = previous.group(id).map(|group| Before { group, members: before.of(id) });
+            let is_new = old.is_none();
+            let Some(mut group) = Group::form(id, &self.known, now.of(id), old, news.transition, params) else {
+                continue;
             };
-            events.push(Event { kind, target: None, group: Some(GROUP) });
+            if is_new {
+                group.altitude_m = self.free_altitude_m(params);
+            }
+            self.groups.push(group);
         }
-        self.groups.push(group);
+    }
+
+    /// The lowest altitude that no group has. Ids ascend, so groups that go on are there before new ones.
+    fn free_altitude_m(&self, params: &TeamParams) -> f64 {
+        let altitude_m = |step: usize| params.group.altitude_lowest_m + step as f64 * params.group.altitude_step_m;
+        let is_free = |step: &usize| {
+            self.groups.iter().all(|group| group.altitude_m < altitude_m(*step) || group.altitude_m > altitude_m(*step))
+        };
+        altitude_m((0..).find(is_free).unwrap_or_default())
+    }
+
+    /// Carries the crew on; assigns it anew where groups or UAVs have come or gone.
+    fn assign_crew(&mut self, previous: &Picture, params: &TeamParams, scratch: &mut Scratch) {
+        self.crew.clear();
+        if self.groups.is_empty() {
+            return;
+        }
+        let is_new = |group: &Group| previous.group(group.id).is_none();
+        let has_ended = |group: &Group| self.group(group.id).is_none();
+        let is_silent = |duty: &Duty| scratch.on_duty.binary_search_by_key(&duty.uav, |on_duty| on_duty.uav).is_err();
+        let reason = if previous.crew.iter().any(is_silent) {
+            AssignmentReason::UavLost
+        } else if previous.groups.iter().any(has_ended) {
+            AssignmentReason::GroupDissolved
+        } else if self.groups.iter().any(is_new) {
+            AssignmentReason::GroupFounded
+        } else if scratch.on_duty.iter().any(|on_duty| on_duty.group.is_none()) {
+            AssignmentReason::UavJoined
+        } else {
+            self.crew.extend_from_slice(&previous.crew);
+            return;
+        };
+        let uavs: Vec<_> = scratch.on_duty.iter().map(|on_duty| (on_duty.uav, on_duty.state.position)).collect();
+        let positions = |id: GroupId| {
+            scratch.buffers.roster.of(id).map(|index| self.known[index].track.estimate().state.position())
+        };
+        let members: Vec<(GroupId, Vec<Position>)> =
+            self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
+        let sites: Vec<_> = members.iter().map(|(group, members)| Site { group: *group, members }).collect();
+        self.crew = assign(&uavs, &sites, &params.track.sensor, params.group.objective);
+        for (duty, on_duty) in self.crew.iter().zip(&scratch.on_duty) {
+            if let Some(old) = on_duty.group.filter(|old| *old != duty.group) {
+                let event = Event::of_group(EventKind::Reassigned(reason), old);
+                scratch.events.push(Event { to: Some(duty.group), uav: Some(duty.uav), ..event });
+            }
+        }
+    }
+
+    /// How the groups' UAVs follow their orbits; tells of orbits that cannot be flown and of UAVs too close.
+    fn judge_groups(&mut self, previous: &Picture, params: &TeamParams, scratch: &mut Scratch) {
+        for (on_duty, duty) in scratch.on_duty.iter_mut().zip(&self.crew) {
+            on_duty.group = Some(duty.group);
+        }
+        for group in &mut self.groups {
+            let id = group.id;
+            let crew = scratch.on_duty.iter().filter(|on_duty| on_duty.group == Some(id)).copied();
+            group.judge(crew, self.time - previous.time, params);
+            let kinds = group.alarm(&params.group);
+            scratch.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, group.id)));
+        }
     }
 }
 
-/// Everything measured of one target at this instant, by ascending UAV.
-fn looks_at(target: TargetId, inbox: &Inbox, looks: &mut Vec<Look>) {
-    looks.clear();
+/// Everything measured at this instant, by target then UAV.
+fn gather_sightings(inbox: &Inbox, sightings: &mut Vec<Sighting>) {
+    sightings.clear();
     for report in inbox.reports() {
-        let found = report.detections.binary_search_by_key(&target, |detection| detection.target);
-        if let Ok(index) = found {
-            looks.push(Look { uav: report.state.position, measurement: report.detections[index].measurement });
-        }
+        sightings.extend(report.detections.iter().map(|detection| Sighting {
+            target: detection.target,
+            uav: report.uav,
+            look: Look { uav: report.state.position, measurement: detection.measurement },
+        }));
     }
+    sightings.sort_unstable_by_key(|sighting| (sighting.target, sighting.uav));
+}
+
+/// Everything measured of one target at this instant, by ascending UAV.
+fn looks_at(target: TargetId, sightings: &[Sighting], looks: &mut Vec<Look>) {
+    let start = sightings.partition_point(|sighting| sighting.target < target);
+    let of_target = sightings[start..].iter().take_while(|sighting| sighting.target == target);
+    looks.clear();
+    looks.extend(of_target.map(|sighting| sighting.look));
+}
+
+/// The team: every UAV heard of late, and the group it served until now.
+fn gather_team(previous: &Picture, news: &News, on_duty: &mut Vec<OnDuty>) {
+    on_duty.clear();
+    on_duty.extend(news.inbox.teammates(news.now).map(|mate| {
+        let duty = previous.crew.binary_search_by_key(&mate.uav, |duty| duty.uav).ok();
+        OnDuty {
+            uav: mate.uav,
+            group: duty.map(|index| previous.crew[index].group),
+            state: mate.state,
+            boresight: mate.boresight,
+        }
+    }));
 }

@@ -1,5 +1,6 @@
 //! What all UAVs of a team agree on: limits, filters, groups, guidance law.
 
+use crate::coordination::assignment::Objective;
 use crate::coordination::group::{GroupParams, Margin, OnMembershipChange};
 use crate::estimation::track::TrackParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams};
@@ -61,6 +62,15 @@ impl TeamParams {
                 margin: Margin::StandardDeviations(1.645),
                 on_membership_change: OnMembershipChange::Shift,
                 take_back_fraction: 0.9,
+                convergence_limit_m2_s: 6000.0,
+                convergence_patience_s: 3.0,
+                handoff_margin_m: 50.0,
+                dwell_min_s: 3.0,
+                dwell_max_s: 30.0,
+                objective: Objective::LogDet,
+                altitude_lowest_m: 300.0,
+                altitude_step_m: 50.0,
+                separation_alarm_m: 50.0,
             },
             guidance: GuidanceParams {
                 sense: Sense::Anticlockwise,

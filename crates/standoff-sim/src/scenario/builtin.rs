@@ -20,15 +20,20 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/01-one-uav",
     "tour/02-two-uavs",
     "traffic/convoy",
+    "traffic/city",
     "paper/table-2-single",
     "paper/table-2-pair-basic",
     "paper/table-2-pair",
     "paper/figure-8",
+    "paper/figure-9",
+    "paper/figure-9-basic",
 ];
 
 /// Traffic files that built-in scenarios name.
-pub(super) const BUILT_IN_TRAFFIC: &[(&str, &[u8])] =
-    &[("convoy.fcd.xml.gz", include_bytes!("../../../../scenarios/traffic/convoy.fcd.xml.gz"))];
+pub(super) const BUILT_IN_TRAFFIC: &[(&str, &[u8])] = &[
+    ("convoy.fcd.xml.gz", include_bytes!("../../../../scenarios/traffic/convoy.fcd.xml.gz")),
+    ("city.fcd.xml.gz", include_bytes!("../../../../scenarios/traffic/city.fcd.xml.gz")),
+];
 
 /// The built-in scenario of that name.
 pub fn built_in(name: &str) -> Option<&'static BuiltIn> {

@@ -72,6 +72,17 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
     for (index, at) in targets.at.iter_mut().enumerate() {
         problems.check_start(&format!("targets.at.{index}"), at.numbers());
     }
+    let scattered = targets.scatter.as_ref().map_or(0.0, |scatter| value(&scatter.count));
+    let whom = Allowed::at_least(1.0).at_most(targets.at.len() as f64 + scattered).because("one of the targets");
+    for (index, manoeuvre) in targets.manoeuvre.iter_mut().enumerate() {
+        let table = format!("targets.manoeuvre.{index}");
+        let (from_s, until_s) = (value(&manoeuvre.from_s), value(&manoeuvre.until_s));
+        problems.check_whole(&format!("{table}.target"), value(&manoeuvre.target), whom);
+        problems.check(&format!("{table}.from_s"), from_s, Allowed::at_least(0.0).at_most(1e9));
+        let later = Allowed::at_least(from_s).at_most(1e9).because("not before from_s");
+        problems.check(&format!("{table}.until_s"), until_s, later);
+        problems.check_start(&table, manoeuvre.numbers());
+    }
     if let Some(scatter) = &mut targets.scatter {
         let count = Allowed::at_least(1.0).at_most(10_000.0);
         problems.check_whole("targets.scatter.count", value(&scatter.count), count);
@@ -83,6 +94,7 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
 const PARTNERS: &[(&str, &str)] = &[
     ("orbit.field_of_view_margin_deg", "sensor.field_of_view_deg"),
     ("orbit.radius_max_m", "orbit.radius_min_m"),
+    ("groups.dwell_max_s", "groups.dwell_min_s"),
     ("uavs.speed_change_max_m_s", "uavs.speed_m_s"),
     ("sensor.sensing_range_m", "orbit.radius_min_m"),
     ("cue.position_sd_m", "filter.lost_position_sd_m"),

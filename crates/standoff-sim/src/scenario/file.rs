@@ -66,6 +66,8 @@ pub struct ScenarioFile {
     pub cue: Cue,
     /// The orbit.
     pub orbit: Orbit,
+    /// Who watches whom.
+    pub groups: Groups,
     /// The guidance law.
     pub guidance: Guidance,
     /// Random targets, drawn from the target model (5, 6).
@@ -199,6 +201,31 @@ table! {
 }
 
 table! {
+    /// `[groups]`: who watches whom.
+    Groups {
+        /// A target is handed over when another group's centroid is nearer by more than this, m; the paper has none.
+        handoff_margin_m = 50.0;
+        /// Shortest dwell T_hd of a handoff (34), s.
+        dwell_min_s = 3.0;
+        /// Longest dwell, s; 0 switches the dwell off.
+        dwell_max_s = 30.0;
+        /// xi_d: a group whose UAVs' xi_th (Lemma 3.1) all stay below -xi_d loses its furthest target, m2/s.
+        convergence_limit_m2_s = 6000.0;
+        /// For how long they must stay below it, s.
+        convergence_patience_s = 3.0;
+        /// Altitude of the lowest orbit, m.
+        altitude_lowest_m = 300.0;
+        /// From one group's altitude to the next, m.
+        altitude_step_m = 50.0;
+        /// Two UAVs of a group closer than this are reported, m.
+        separation_alarm_m = 50.0;
+    } {
+        /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
+        objective: Objective = Objective::LogDet;
+    }
+}
+
+table! {
     /// `[guidance]`: the law's gains.
     Guidance {
         /// k_l of active measure 1 (20); 1 switches it off.
@@ -231,6 +258,24 @@ table! {
         scatter: Option<Scatter> = None;
         /// And these, one table per target.
         at: Vec<TargetAt> = Vec::new();
+        /// What some of them do on purpose.
+        manoeuvre: Vec<Manoeuvre> = Vec::new();
+    }
+}
+
+table! {
+    /// `[[targets.manoeuvre]]`: an acceleration beside the random one, for some time.
+    Manoeuvre {
+        /// Which target: 1 is the first of `[[targets.at]]`, those of `[targets.scatter]` follow.
+        target = 1.0;
+        /// From when, s.
+        from_s = 0.0;
+        /// Until when, s.
+        until_s = 0.0;
+        /// Acceleration east, m/s2.
+        ax_m_s2 = 0.0;
+        /// Acceleration north, m/s2.
+        ay_m_s2 = 0.0;
     }
 }
 
@@ -317,6 +362,15 @@ words! {
         Shift,
         /// Its filter takes the jump for an innovation.
         Filter,
+    }
+}
+words! {
+    /// What the assignment maximises (32).
+    Objective {
+        /// Sum over targets of the logarithm of the determinant of their information.
+        LogDet,
+        /// Determinant of the sum of all information, as printed.
+        Printed,
     }
 }
 words! {

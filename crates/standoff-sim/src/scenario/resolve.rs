@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, Velocity};
+use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, Velocity};
 
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::check::{Problems, check_settings, check_who};
@@ -11,7 +11,7 @@ use super::file::{self, ScenarioFile, TargetAt};
 use super::load::Typed;
 use super::number::{Number, of, value};
 use super::team::team;
-use super::{CueError, Noise, Scenario, Settings, Targets, start};
+use super::{CueError, Manoeuvre, Noise, Scenario, Settings, Targets, start};
 use crate::draws::{Draws, Stream};
 use crate::traffic::{self, Traffic};
 
@@ -97,6 +97,7 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
         ("filter", file.filter.numbers()),
         ("cue", file.cue.numbers()),
         ("orbit", file.orbit.numbers()),
+        ("groups", file.groups.numbers()),
         ("guidance", file.guidance.numbers()),
     ];
     for (table, numbers) in tables {
@@ -116,6 +117,11 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
         for (index, at) in targets.at.iter_mut().enumerate() {
             for (key, number) in at.numbers() {
                 draw(format!("targets.at.{index}.{key}"), number);
+            }
+        }
+        for (index, manoeuvre) in targets.manoeuvre.iter_mut().enumerate() {
+            for (key, number) in manoeuvre.numbers() {
+                draw(format!("targets.manoeuvre.{index}.{key}"), number);
             }
         }
         for (key, number) in targets.scatter.iter_mut().flat_map(|scatter| scatter.numbers()) {
@@ -251,7 +257,13 @@ fn random_targets(file: &mut ScenarioFile, draws: Draws) -> Targets {
         let velocity = Velocity::from_m_s(value(&at.vx_m_s), value(&at.vy_m_s));
         TargetState::new(position, velocity, [value(&at.ax_m_s2), value(&at.ay_m_s2)])
     });
-    Targets::Random { model, start: start.collect() }
+    let manoeuvres = targets.manoeuvre.iter().map(|manoeuvre| Manoeuvre {
+        target: TargetId(value(&manoeuvre.target) as u32 - 1),
+        from_s: value(&manoeuvre.from_s),
+        until_s: value(&manoeuvre.until_s),
+        acceleration_m_s2: [value(&manoeuvre.ax_m_s2), value(&manoeuvre.ay_m_s2)],
+    });
+    Targets::Random { model, start: start.collect(), manoeuvres: manoeuvres.collect() }
 }
 
 fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {

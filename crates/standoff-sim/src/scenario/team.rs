@@ -1,7 +1,7 @@
 //! From a scenario's tables to the library's parameters: one line per value.
 
 use standoff::{
-    Feedforward, GroupParams, GuidanceParams, Integrator, Margin, OnMembershipChange, Sense, SensorParams,
+    Feedforward, GroupParams, GuidanceParams, Integrator, Margin, Objective, OnMembershipChange, Sense, SensorParams,
     StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
 };
 
@@ -10,7 +10,7 @@ use super::number::{of, value};
 
 /// The team that a scenario describes, angles in radians; ranges are the library's to check.
 pub(super) fn team(file: &ScenarioFile) -> TeamParams {
-    let (uavs, sensor, filter, orbit, guidance) = (&file.uavs, &file.sensor, &file.filter, &file.orbit, &file.guidance);
+    let ScenarioFile { uavs, sensor, filter, orbit, groups, guidance, .. } = file;
     let field_of_view_rad = value(&sensor.field_of_view_deg).to_radians();
     TeamParams {
         uav: UavParams {
@@ -55,6 +55,18 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
                 file::OnMembershipChange::Filter => OnMembershipChange::Filter,
             },
             take_back_fraction: value(&orbit.take_back_fraction),
+            convergence_limit_m2_s: value(&groups.convergence_limit_m2_s),
+            convergence_patience_s: value(&groups.convergence_patience_s),
+            handoff_margin_m: value(&groups.handoff_margin_m),
+            dwell_min_s: value(&groups.dwell_min_s),
+            dwell_max_s: value(&groups.dwell_max_s),
+            objective: match groups.objective {
+                file::Objective::LogDet => Objective::LogDet,
+                file::Objective::Printed => Objective::Printed,
+            },
+            altitude_lowest_m: value(&groups.altitude_lowest_m),
+            altitude_step_m: value(&groups.altitude_step_m),
+            separation_alarm_m: value(&groups.separation_alarm_m),
         },
         guidance: GuidanceParams {
             sense: match guidance.sense {
@@ -96,6 +108,14 @@ pub(super) const KEYS: &[(&str, &str)] = &[
     ("radius_max_m", "orbit.radius_max_m"),
     ("margin_sds", "orbit.margin_sds"),
     ("take_back_fraction", "orbit.take_back_fraction"),
+    ("convergence_limit_m2_s", "groups.convergence_limit_m2_s"),
+    ("convergence_patience_s", "groups.convergence_patience_s"),
+    ("handoff_margin_m", "groups.handoff_margin_m"),
+    ("dwell_min_s", "groups.dwell_min_s"),
+    ("dwell_max_s", "groups.dwell_max_s"),
+    ("altitude_lowest_m", "groups.altitude_lowest_m"),
+    ("altitude_step_m", "groups.altitude_step_m"),
+    ("separation_alarm_m", "groups.separation_alarm_m"),
     ("radial_gain", "guidance.radial_gain"),
     ("lead_s", "guidance.lead_s"),
     ("heading_gain_1_s", "guidance.heading_gain_1_s"),

@@ -1,10 +1,11 @@
-//! What can happen to targets and groups, and why, in words.
+//! What can happen to targets, groups and UAVs, and why, in words.
 
 use core::fmt;
 
 use crate::coordination::group::GroupId;
 use crate::estimation::track::LossReason;
 use crate::target::TargetId;
+use crate::uav::UavId;
 
 /// Something that changed in a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,14 +14,30 @@ pub struct Event {
     pub kind: EventKind,
     /// The target it happened to.
     pub target: Option<TargetId>,
-    /// The group concerned.
+    /// The group concerned; of a handoff or a re-assignment, the old one.
     pub group: Option<GroupId>,
+    /// Of a handoff or a re-assignment, the new group.
+    pub to: Option<GroupId>,
+    /// The UAV it happened to; `None`: all UAVs of the groups are concerned.
+    pub uav: Option<UavId>,
+}
+
+impl Event {
+    /// Something that happened to a target; `group` is where it belongs.
+    pub(crate) fn of_target(kind: EventKind, target: TargetId, group: Option<GroupId>) -> Self {
+        Self { kind, target: Some(target), group, to: None, uav: None }
+    }
+
+    /// Something that happened to a group as a whole.
+    pub(crate) fn of_group(kind: EventKind, group: GroupId) -> Self {
+        Self { kind, target: None, group: Some(group), to: None, uav: None }
+    }
 }
 
 /// What can happen; displays as the reason, in words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EventKind {
-    /// A target was handed over.
+    /// A target was handed over by somebody who searches.
     Cued,
     /// A cued target was measured for the first time.
     Acquired,
@@ -28,8 +45,26 @@ pub enum EventKind {
     Lost(LossReason),
     /// A lost or unknown target was measured.
     Reacquired,
+    /// A group came into being.
+    GroupFounded {
+        /// Number of its first members.
+        members: u32,
+        /// Why.
+        reason: FoundingReason,
+    },
+    /// A group ended.
+    GroupDissolved(DissolutionReason),
     /// A target joined a group in flight.
     Joined,
+    /// Clustering wants a target in another group: it belongs to both for a while (34).
+    HandoffRequested {
+        /// T_hd, s.
+        dwell_s: f64,
+    },
+    /// A target belongs to the receiving group alone.
+    HandoffCompleted(CompletionReason),
+    /// A target stays in the passing group.
+    HandoffWithdrawn(WithdrawalReason),
     /// A target was removed from its group: the orbit with it would need this radius.
     Discarded {
         /// Radius needed, m.
@@ -37,8 +72,19 @@ pub enum EventKind {
         /// Radius allowed, m.
         allowed_m: f64,
     },
+    /// A target was removed from its group: the orbit with it changes faster than the UAVs can follow (Lemma 3.1).
+    DiscardedDiverging {
+        /// xi_th of the UAV that follows best, m2/s.
+        threshold_m2_s: f64,
+        /// -xi_d, m2/s.
+        limit_m2_s: f64,
+    },
     /// A discarded target was taken back.
     TakenBack,
+    /// A target that was to be taken in or back stays outside.
+    LeftOut(WithdrawalReason),
+    /// A UAV serves another group than before.
+    Reassigned(AssignmentReason),
     /// No orbit satisfies every constraint any more.
     OrbitInfeasible {
         /// Smallest radius that view, turn rate and bounds allow, m.
@@ -48,6 +94,77 @@ pub enum EventKind {
     },
     /// Some orbit satisfies every constraint again.
     OrbitFeasible,
+    /// Two UAVs of a group came closer than wanted.
+    UavsClose {
+        /// Their distance, m.
+        distance_m: f64,
+    },
+    /// They are apart again.
+    UavsApart,
+}
+
+/// Why a group came into being.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FoundingReason {
+    /// Nothing was watched yet.
+    First,
+    /// Targets that no group could hold.
+    Outsiders,
+    /// There are UAVs for another group: this one was split off.
+    Split,
+}
+
+/// Why a group ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DissolutionReason {
+    /// Its last member left or was lost.
+    Empty,
+    /// There are fewer UAVs, or targets, than so many groups need.
+    TooMany,
+    /// Its UAVs can watch more targets elsewhere.
+    Outnumbered {
+        /// How many wait there.
+        waiting: u32,
+    },
+}
+
+/// Why a handoff was completed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CompletionReason {
+    /// The dwell is over, and a receiving UAV has the target in view.
+    Received,
+    /// The passing group can hold the target no longer.
+    PassingCannotHold,
+    /// The dwell is switched off.
+    Undelayed,
+}
+
+/// Why a handoff was withdrawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WithdrawalReason {
+    /// At the end of the dwell, clustering wants the target elsewhere.
+    WantedElsewhere,
+    /// The receiving group cannot hold the target.
+    ReceivingCannotHold,
+    /// In the longest dwell, no receiving UAV got the target into view.
+    NotSeen,
+    /// One of the two groups has ended, or would without the target.
+    GroupEnds,
+    /// The target's track was given up.
+    TargetLost,
+}
+
+/// Why the UAVs were assigned anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AssignmentReason {
+    /// A group came into being.
+    GroupFounded,
+    /// A group ended.
+    GroupDissolved,
+    /// A UAV came in.
+    UavJoined,
+    /// A UAV is silent.
+    UavLost,
 }
 
 impl EventKind {
@@ -58,11 +175,20 @@ impl EventKind {
             Self::Acquired => "acquired",
             Self::Lost(_) => "lost",
             Self::Reacquired => "reacquired",
+            Self::GroupFounded { .. } => "group-founded",
+            Self::GroupDissolved(_) => "group-dissolved",
             Self::Joined => "joined",
-            Self::Discarded { .. } => "discarded",
+            Self::HandoffRequested { .. } => "handoff-requested",
+            Self::HandoffCompleted(_) => "handoff-completed",
+            Self::HandoffWithdrawn(_) => "handoff-withdrawn",
+            Self::Discarded { .. } | Self::DiscardedDiverging { .. } => "discarded",
             Self::TakenBack => "taken-back",
+            Self::LeftOut(_) => "left-out",
+            Self::Reassigned(_) => "reassigned",
             Self::OrbitInfeasible { .. } => "orbit-infeasible",
             Self::OrbitFeasible => "orbit-feasible",
+            Self::UavsClose { .. } => "uavs-close",
+            Self::UavsApart => "uavs-apart",
         }
     }
 }
@@ -76,12 +202,52 @@ impl fmt::Display for EventKind {
             Self::Lost(LossReason::Vanished) => f.write_str("unseen where it should be in plain view"),
             Self::Lost(LossReason::Diverged) => f.write_str("its estimate broke down"),
             Self::Reacquired => f.write_str("measured again"),
+            Self::GroupFounded { members, reason } => {
+                let of = if *members == 1 { "1 target".to_owned() } else { format!("{members} targets") };
+                match reason {
+                    FoundingReason::First => write!(f, "{of} near one another"),
+                    FoundingReason::Outsiders => write!(f, "{of} that no other group could hold"),
+                    FoundingReason::Split => write!(f, "{of} split off: there are UAVs for another group"),
+                }
+            }
+            Self::GroupDissolved(DissolutionReason::Empty) => f.write_str("its last member is gone"),
+            Self::GroupDissolved(DissolutionReason::TooMany) => {
+                f.write_str("the smallest, and fewer groups can be served now")
+            }
+            Self::GroupDissolved(DissolutionReason::Outnumbered { waiting }) => {
+                write!(f, "the smallest, and {waiting} targets elsewhere are in no group")
+            }
             Self::Joined => f.write_str("an orbit with it keeps the whole group in view"),
+            Self::HandoffRequested { dwell_s } => write!(
+                f,
+                "nearer to the new group; in both for {dwell_s:.1} s, in which the new group's UAVs reach the orbit with it"
+            ),
+            Self::HandoffCompleted(CompletionReason::Received) => f.write_str("the new group's UAVs have it in view"),
+            Self::HandoffCompleted(CompletionReason::PassingCannotHold) => {
+                f.write_str("the old group's orbit can hold it no longer")
+            }
+            Self::HandoffCompleted(CompletionReason::Undelayed) => f.write_str("at once: the dwell is switched off"),
+            Self::HandoffWithdrawn(reason) | Self::LeftOut(reason) => f.write_str(match reason {
+                WithdrawalReason::WantedElsewhere => "at the end of the dwell it is nearer to another group",
+                WithdrawalReason::ReceivingCannotHold => "the new group's orbit cannot hold it",
+                WithdrawalReason::NotSeen => "no UAV of the new group got it into view in time",
+                WithdrawalReason::GroupEnds => "its old or its new group ends",
+                WithdrawalReason::TargetLost => "its track was lost",
+            }),
             Self::Discarded { needed_m, allowed_m } => write!(
                 f,
                 "furthest from the centre; keeping it needs an orbit of {needed_m:.0} m, the largest is {allowed_m:.0} m"
             ),
+            Self::DiscardedDiverging { threshold_m2_s, limit_m2_s } => write!(
+                f,
+                "furthest from the centre, and its orbit runs away from the UAVs: xi_th {threshold_m2_s:.0} m2/s, below \
+                 {limit_m2_s:.0} m2/s for too long"
+            ),
             Self::TakenBack => f.write_str("an orbit with it keeps the whole group in view again"),
+            Self::Reassigned(AssignmentReason::GroupFounded) => f.write_str("a group was founded"),
+            Self::Reassigned(AssignmentReason::GroupDissolved) => f.write_str("a group has ended"),
+            Self::Reassigned(AssignmentReason::UavJoined) => f.write_str("a UAV has joined the team"),
+            Self::Reassigned(AssignmentReason::UavLost) => f.write_str("a UAV has been silent for too long"),
             Self::OrbitInfeasible { smallest_m, largest_m } if smallest_m.is_finite() => write!(
                 f,
                 "view, turn rate and r_d,min need an orbit of at least {smallest_m:.0} m, \
@@ -89,6 +255,8 @@ impl fmt::Display for EventKind {
             ),
             Self::OrbitInfeasible { .. } => f.write_str("the group's centre is as fast as the UAVs can be"),
             Self::OrbitFeasible => f.write_str("an orbit satisfies every constraint again"),
+            Self::UavsClose { distance_m } => write!(f, "two UAVs at its altitude are {distance_m:.0} m apart"),
+            Self::UavsApart => f.write_str("no two UAVs at its altitude are too close any more"),
         }
     }
 }

@@ -2,11 +2,13 @@
 
 use nalgebra::Vector6;
 
-use crate::coordination::membership::Known;
+use crate::coordination::assignment::Objective;
+use crate::coordination::event::EventKind;
+use crate::coordination::membership::{Known, OnDuty};
 use crate::estimation::group_centre::{Centroid, GroupCentre};
 use crate::estimation::information_filter::Estimate;
 use crate::frame::Position;
-use crate::guidance::heading::Orbit;
+use crate::guidance::heading::{Orbit, steer};
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{
     Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
@@ -14,6 +16,7 @@ use crate::guidance::standoff_distance::{
 use crate::param::{Allowed, ParamError};
 use crate::target::{TargetId, TargetState, Transition};
 use crate::team::TeamParams;
+use crate::time::Duration;
 
 /// Identifies a group for as long as it lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,6 +55,27 @@ pub struct GroupParams {
     /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius; above 0,
     /// at most 1.
     pub take_back_fraction: f64,
+    /// Limit xi_d of the discard by convergence, m2/s: a group whose UAVs' xi_th all stay below -xi_d loses its furthest
+    /// target; above 0.
+    #[doc(alias = "xi_d")]
+    pub convergence_limit_m2_s: f64,
+    /// For how long they must stay below it, s; at least 0.
+    pub convergence_patience_s: f64,
+    /// A target is handed over when another group's centroid is nearer by more than this, m; at least 0. The paper has
+    /// none.
+    pub handoff_margin_m: f64,
+    /// Shortest dwell T_hd of a handoff, s; at least 0.
+    pub dwell_min_s: f64,
+    /// Longest dwell, s; at least `dwell_min_s`; 0 switches the dwell off.
+    pub dwell_max_s: f64,
+    /// What the assignment of UAVs to groups maximises.
+    pub objective: Objective,
+    /// Altitude of the lowest orbit above the plane, m; above 0.
+    pub altitude_lowest_m: f64,
+    /// From one group's altitude to the next, m; above 0.
+    pub altitude_step_m: f64,
+    /// Two UAVs of a group closer than this are reported, m; at least 0.
+    pub separation_alarm_m: f64,
 }
 
 impl GroupParams {
@@ -63,7 +87,26 @@ impl GroupParams {
         }
         let fraction = Allowed::above(0.0).at_most(1.0);
         fraction.check("take_back_fraction", self.take_back_fraction, &mut errors);
+        Allowed::above(0.0).at_most(1e9).check("convergence_limit_m2_s", self.convergence_limit_m2_s, &mut errors);
+        Allowed::at_least(0.0).at_most(1e5).check("handoff_margin_m", self.handoff_margin_m, &mut errors);
+        let seconds = Allowed::at_least(0.0).at_most(3600.0);
+        seconds.check("convergence_patience_s", self.convergence_patience_s, &mut errors);
+        seconds.check("dwell_min_s", self.dwell_min_s, &mut errors);
+        Allowed::at_least(self.dwell_min_s).at_most(3600.0).because("not shorter than dwell_min_s").check(
+            "dwell_max_s",
+            self.dwell_max_s,
+            &mut errors,
+        );
+        let altitude = Allowed::above(0.0).at_most(2e4);
+        altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
+        altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);
+        Allowed::at_least(0.0).at_most(1e4).check("separation_alarm_m", self.separation_alarm_m, &mut errors);
         errors
+    }
+
+    /// Largest distance from the centre, without any margin, of a target that a group with room to spare holds, m.
+    pub(crate) fn reach_m(&self) -> f64 {
+        self.take_back_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread()
     }
 }
 
@@ -72,7 +115,7 @@ impl GroupParams {
 pub struct Group {
     /// Which group.
     pub id: GroupId,
-    /// Number of members.
+    /// Number of members, those in dwell to or from it included.
     pub members: u32,
     /// The filtered centre.
     pub centre: GroupCentre,
@@ -90,33 +133,61 @@ pub struct Group {
     pub smallest_m: f64,
     /// Largest radius that r_d,max and the sensing range allow, m.
     pub largest_m: f64,
+    /// Altitude of the orbit above the plane, m: no other group has the same.
+    pub altitude_m: f64,
+    /// Threshold of Lemma 3.1 for that of its UAVs which follows best, m2/s; `None`: no UAV, or a centre too fast.
+    #[doc(alias = "xi_th")]
+    pub threshold_m2_s: Option<f64>,
+    /// For how long it has been below -xi_d.
+    pub diverging: Duration,
+    /// Smallest distance between two of its UAVs, m.
+    pub separation_m: Option<f64>,
+    /// What was reported of the group as a whole.
+    pub(crate) alarms: Alarms,
+}
+
+/// What was reported of a group as a whole, and not taken back yet.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Alarms {
+    pub(crate) infeasible: bool,
+    pub(crate) close: bool,
+}
+
+/// A group of the last instant, and its members then, with their estimates of now.
+pub(crate) struct Before<'a, M> {
+    pub(crate) group: &'a Group,
+    pub(crate) members: M,
 }
 
 impl Group {
-    /// Forms the group of `id` from its members in `known`, carrying the centre on from `previous`; `None` without
-    /// members.
+    /// Forms the group of `id` from its `members` among `known`, carrying the centre on from the last instant; `None`
+    /// without members.
     pub(crate) fn form(
         id: GroupId,
         known: &[Known],
-        previous: Option<(&Group, &[Known])>,
+        members: impl Iterator<Item = usize> + Clone,
+        before: Option<Before<'_, impl Iterator<Item = usize> + Clone>>,
         transition: &Transition,
         team: &TeamParams,
     ) -> Option<Self> {
         let (params, uav) = (&team.group, &team.uav);
-        let members = || known.iter().filter(|target| target.group() == Some(id));
-        let centroid = Centroid::of(members().map(|target| target.track.estimate()))?;
-        let carried = previous.and_then(|(group, before)| {
+        let estimate = |index: usize| known[index].track.estimate();
+        let centroid = Centroid::of(members.clone().map(estimate))?;
+        let carried = before.as_ref().and_then(|before| {
+            let is_unchanged = before.members.clone().eq(members.clone());
             let shift = match params.on_membership_change {
-                OnMembershipChange::Shift => membership_shift(id, known, before, &centroid),
-                OnMembershipChange::Filter => Vector6::zeros(),
+                OnMembershipChange::Shift if !is_unchanged => {
+                    membership_shift(known, before.members.clone(), &centroid)
+                }
+                _ => Vector6::zeros(),
             };
-            group.centre.shifted(&shift).advance(transition, &centroid)
+            before.group.centre.shifted(&shift).advance(transition, &centroid)
         });
         let centre = carried.or_else(|| GroupCentre::start(&centroid))?;
 
         let at = centre.estimate().state;
-        let distance_m = |target: &Known| target.track.estimate().state.position().distance_m(at.position());
-        let furthest = members().max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))?;
+        let distance_m = |index: &usize| estimate(*index).state.position().distance_m(at.position());
+        let furthest = &known[members.max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))?];
         let spread = spread(&furthest.track.estimate().state, &at);
         let margin_m =
             margin_m(params.margin, centre.innovation_distance, &centroid, furthest.track.estimate(), at.position());
@@ -137,7 +208,56 @@ impl Group {
             turn_limit_m,
             smallest_m: standoff.unclamped_m.max(params.standoff.radius_min_m).max(turn_limit_m),
             largest_m: params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m),
+            altitude_m: before.as_ref().map_or(params.altitude_lowest_m, |before| before.group.altitude_m),
+            threshold_m2_s: None,
+            diverging: before.as_ref().map_or(Duration::ZERO, |before| before.group.diverging),
+            separation_m: None,
+            alarms: before.map_or_else(Alarms::default, |before| before.group.alarms),
         })
+    }
+
+    /// Judges how the group's UAVs follow its orbit, `dt` after the last time.
+    ///
+    /// Implements Lemma 3.1's part of section IV.B.2.
+    pub(crate) fn judge(&mut self, crew: impl Iterator<Item = OnDuty> + Clone, dt: Duration, team: &TeamParams) {
+        let orbit = self.orbit(&team.group.standoff);
+        let best = crew.clone().map(|duty| steer(&team.guidance, &duty.state, &orbit, team.uav.speed_m_s));
+        // Discarding a target makes no centre slower.
+        self.threshold_m2_s = best
+            .filter(|steering| !steering.centre_too_fast)
+            .map(|steering| steering.convergence_threshold_m2_s)
+            .reduce(f64::max);
+        let diverges = self.threshold_m2_s.is_some_and(|threshold| threshold < -team.group.convergence_limit_m2_s);
+        self.diverging =
+            if diverges { Duration::from_us(self.diverging.us().saturating_add(dt.us())) } else { Duration::ZERO };
+        self.separation_m = None;
+        let mut others = crew.clone();
+        while let Some(one) = others.next() {
+            for other in others.clone() {
+                let distance_m = one.state.position.distance_m(other.state.position);
+                self.separation_m = Some(self.separation_m.map_or(distance_m, |least| least.min(distance_m)));
+            }
+        }
+    }
+
+    /// What is to be reported of the group as a whole. What was reported is taken back with some room to spare.
+    pub(crate) fn alarm(&mut self, params: &GroupParams) -> [Option<EventKind>; 2] {
+        let (smallest_m, largest_m) = (self.smallest_m, self.largest_m);
+        let infeasible = !self.is_feasible() || (self.alarms.infeasible && smallest_m > 0.95 * largest_m);
+        let closest_m = self.separation_m.unwrap_or(f64::INFINITY);
+        let room = if self.alarms.close { 1.2 } else { 1.0 };
+        let close = closest_m < room * params.separation_alarm_m;
+        let was = core::mem::replace(&mut self.alarms, Alarms { infeasible, close });
+        [
+            (infeasible != was.infeasible).then_some(match infeasible {
+                true => EventKind::OrbitInfeasible { smallest_m, largest_m },
+                false => EventKind::OrbitFeasible,
+            }),
+            (close != was.close).then_some(match close {
+                true => EventKind::UavsClose { distance_m: closest_m },
+                false => EventKind::UavsApart,
+            }),
+        ]
     }
 
     /// Some orbit satisfies every constraint: turn rate, field of view, radius bounds, sensing range.
@@ -159,19 +279,12 @@ impl Group {
 }
 
 /// What the change of members alone moved the centroid, all else as it is now.
-fn membership_shift(id: GroupId, known: &[Known], before: &[Known], centroid: &Centroid) -> Vector6<f64> {
-    let was_member = |target: &Known| {
-        let index = before.binary_search_by_key(&target.track.target, |old| old.track.target);
-        index.is_ok_and(|index| before[index].group() == Some(id))
-    };
-    if known.iter().all(|target| was_member(target) == (target.group() == Some(id))) {
-        return Vector6::zeros();
-    }
-    let old_members = known.iter().filter(|target| was_member(target)).map(|target| target.track.estimate());
-    Centroid::of(old_members).map_or(Vector6::zeros(), |old| centroid.mean.state.0 - old.mean.state.0)
+fn membership_shift(known: &[Known], before: impl Iterator<Item = usize>, centroid: &Centroid) -> Vector6<f64> {
+    let old = Centroid::of(before.map(|index| known[index].track.estimate()));
+    old.map_or(Vector6::zeros(), |old| centroid.mean.state.0 - old.mean.state.0)
 }
 
-fn spread(furthest: &TargetState, centre: &TargetState) -> Spread {
+pub(crate) fn spread(furthest: &TargetState, centre: &TargetState) -> Spread {
     let member_rel_centre = (furthest.position() - centre.position()).vector();
     let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
     let distance_m = (furthest.position() - centre.position()).length_m();

@@ -37,6 +37,13 @@ pub fn spacing_error_rad(
     }
 }
 
+/// A UAV this far out is on its way to the orbit, not on it: it neither spaces itself nor counts for the others.
+///
+/// Beyond Eq. (35): on a long way to a group there is nothing to wait for.
+pub fn is_in_transit(centre_distance_m: f64, orbit_radius_m: f64) -> bool {
+    centre_distance_m > 2.0 * orbit_radius_m
+}
+
 /// Speed asked of a UAV with that spacing error, m/s, before limits.
 ///
 /// Implements Eq. (35); but no spacing is worth falling behind the centre, so the speed stays at or above

@@ -69,13 +69,17 @@ impl StandoffParams {
         errors
     }
 
+    /// Radius per metre of spread and margin, 1 / sin((alpha_f - eps_m) / 2).
+    pub fn radius_per_spread(&self) -> f64 {
+        // Half of what is left of a field of view beyond a half-turn keeps everything in view at any radius.
+        1.0 / math::sin((0.5 * (self.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI))
+    }
+
     /// The standoff distance for a spread and a margin d_m (m).
     ///
     /// Implements Eq. (15), and the clamp.
     pub fn distance(&self, spread: Spread, margin_m: f64) -> StandoffDistance {
-        // Half of what is left of a field of view beyond a half-turn keeps everything in view at any radius.
-        let half_rad = (0.5 * (self.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI);
-        let per_spread = 1.0 / math::sin(half_rad);
+        let per_spread = self.radius_per_spread();
         let unclamped_m = (spread.distance_m + margin_m) * per_spread;
         let distance_m = unclamped_m.clamp(self.radius_min_m, self.radius_max_m);
         let clamped = unclamped_m < self.radius_min_m || unclamped_m > self.radius_max_m;

@@ -1,0 +1,218 @@
+//! The assignment of many UAVs. Pulling a UAV out of every group and giving those back, one to a group, is an
+//! assignment problem that the Hungarian method solves exactly; whom to pull out is drawn from a fixed sequence.
+
+use core::cmp::Reverse;
+use std::collections::BTreeMap;
+
+use super::{Block, Problem, Score};
+
+/// So often UAVs are pulled out and given back.
+const TRIALS: u32 = 2000;
+
+/// After more trials than this in a row without a gain a few swaps lead away from the best found so far.
+const PATIENCE: u32 = 10;
+
+/// So many swaps.
+const SWAPS: u32 = 3;
+
+/// Scores that are remembered at a time.
+const REMEMBERED_MAX: usize = 1 << 20;
+
+/// Stands for what must not be, and for sums of it.
+const FORBIDDEN: Score = -(1 << 50);
+
+/// A good assignment of all UAVs; the best if there are no more of them than sites.
+pub(super) fn search(problem: &Problem) -> Vec<Block> {
+    let mut search = Search::new(problem);
+    let mut best = search.start();
+    if problem.uavs <= problem.sites.len() {
+        return best;
+    }
+    let mut best_score = problem.total(&best);
+    let (mut blocks, mut score, mut idle) = (best.clone(), best_score, 0);
+    let mut draw = Draw(0x9E37_79B9_7F4A_7C15);
+    for _ in 0..TRIALS {
+        let pulled = pull(&mut blocks, &mut draw);
+        let before = core::mem::replace(&mut score, search.place(&mut blocks, &pulled));
+        idle = if score > before { 0 } else { idle + 1 };
+        if score > best_score {
+            (best, best_score) = (blocks.clone(), score);
+        }
+        if idle > PATIENCE {
+            blocks.clone_from(&best);
+            (0..SWAPS).for_each(|_| swap(&mut blocks, &mut draw));
+            (score, idle) = (problem.total(&blocks), 0);
+        }
+    }
+    best
+}
+
+/// Takes the UAV in a drawn seat out of every block that has the seat.
+fn pull(blocks: &mut [Block], draw: &mut Draw) -> Vec<usize> {
+    let seats = blocks.iter().map(Vec::len).max().unwrap_or(0);
+    let from = |block: &mut Block| {
+        let seat = draw.below(seats);
+        (seat < block.len()).then(|| block.remove(seat))
+    };
+    blocks.iter_mut().filter_map(from).collect()
+}
+
+/// Swaps two drawn UAVs of two drawn blocks.
+fn swap(blocks: &mut [Block], draw: &mut Draw) {
+    let (one, other) = (draw.below(blocks.len()), draw.below(blocks.len()));
+    if one != other {
+        let (seat, other_seat) = (draw.below(blocks[one].len()), draw.below(blocks[other].len()));
+        let (uav, other_uav) = (blocks[one].remove(seat), blocks[other].remove(other_seat));
+        join(&mut blocks[one], other_uav);
+        join(&mut blocks[other], uav);
+    }
+}
+
+fn join(block: &mut Block, uav: usize) {
+    block.insert(block.partition_point(|member| *member < uav), uav);
+}
+
+/// Numbers without a pattern, the same in every run: xorshift.
+struct Draw(u64);
+
+impl Draw {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 33) as usize % n.max(1)
+    }
+}
+
+/// A problem, and what has been learnt about it.
+pub(super) struct Search<'a> {
+    problem: &'a Problem,
+    /// Scores of a site's block joined by each UAV, and last by none.
+    joined: BTreeMap<(usize, Block), Vec<Option<Score>>>,
+    /// What the last matching made each UAV cost, and last nobody: where the next begins, which is most of the way.
+    prices: Vec<Score>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(problem: &'a Problem) -> Self {
+        Self { problem, joined: BTreeMap::new(), prices: vec![0; problem.uavs + 1] }
+    }
+
+    /// Every site gets its best UAV, then its second, and so on, each round the best of all.
+    pub(super) fn start(&mut self) -> Vec<Block> {
+        let mut blocks = vec![Block::new(); self.problem.sites.len()];
+        let mut free: Vec<usize> = (0..self.problem.uavs).collect();
+        while !free.is_empty() {
+            self.place(&mut blocks, &free);
+            free.retain(|uav| !blocks.iter().any(|block| block.contains(uav)));
+        }
+        blocks
+    }
+
+    /// Gives free UAVs to blocks, at most one to each and as many as there are blocks, so that the score that they
+    /// reach together is greatest; that is returned.
+    fn place(&mut self, blocks: &mut [Block], free: &[usize]) -> Score {
+        let columns = free.len().max(blocks.len());
+        let worth: Vec<Vec<Score>> =
+            blocks.iter().enumerate().map(|(site, block)| self.worth(site, block, free, columns)).collect();
+        let nobody = self.problem.uavs;
+        let price_of = |column: usize| free.get(column).copied().unwrap_or(nobody);
+        // A column that is left over must cost nothing.
+        let left_over = columns > blocks.len();
+        let mut prices: Vec<Score> =
+            (0..columns).map(|column| if left_over { 0 } else { self.prices[price_of(column)] }).collect();
+        let chosen = matching(&worth, &mut prices);
+        let least = prices.iter().copied().min().unwrap_or(0);
+        prices.iter().enumerate().for_each(|(column, price)| self.prices[price_of(column)] = price - least);
+        let mut score = 0;
+        for (site, column) in chosen.into_iter().enumerate() {
+            score += worth[site][column];
+            if let Some(uav) = free.get(column) {
+                join(&mut blocks[site], *uav);
+            }
+        }
+        score
+    }
+
+    /// The score of a site's block with each of the free UAVs, then with nobody.
+    fn worth(&mut self, site: usize, block: &Block, free: &[usize], columns: usize) -> Vec<Score> {
+        let (problem, choice) = (self.problem, &self.problem.sites[site]);
+        if self.joined.len() * (problem.uavs + 1) > REMEMBERED_MAX {
+            self.joined.clear();
+        }
+        let known = self.joined.entry((site, block.clone())).or_insert_with(|| vec![None; problem.uavs + 1]);
+        let mut sums = None;
+        let mut with = |uav: Option<usize>| {
+            if !choice.sizes.contains(&(block.len() + usize::from(uav.is_some()))) {
+                return FORBIDDEN;
+            }
+            let score = || match uav {
+                Some(uav) if block.is_empty() => problem.score(site, &[uav]),
+                None if block.is_empty() => 0,
+                _ => choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav),
+            };
+            *known[uav.unwrap_or(problem.uavs)].get_or_insert_with(score)
+        };
+        (0..columns).map(|column| with(free.get(column).copied())).collect()
+    }
+}
+
+/// The column of each row in the matching of greatest worth, by the Hungarian method with shortest paths. At least as
+/// many columns as rows; the prices of columns may start anywhere if as many, at zero if more, and are left at the end.
+pub(super) fn matching(worth: &[Vec<Score>], prices: &mut [Score]) -> Vec<usize> {
+    let mut gains = vec![0; worth.len()];
+    let mut row_of = vec![None; prices.len()];
+    let mut waiting = Vec::new();
+    for (row, worth) in worth.iter().enumerate() {
+        let gain = |column: usize| worth[column] - prices[column];
+        let best = (0..prices.len()).max_by_key(|column| (gain(*column), Reverse(*column))).unwrap_or(0);
+        gains[row] = gain(best);
+        if row_of[best].is_some() {
+            waiting.push(row);
+        } else {
+            row_of[best] = Some(row);
+        }
+    }
+    let mut from = vec![None; prices.len()];
+    let mut distances = vec![0; prices.len()];
+    for start in waiting {
+        // Dijkstra over the columns; the length of an edge is what its row would lose by it.
+        distances.fill(Score::MAX);
+        let mut open: Vec<usize> = (0..prices.len()).collect();
+        let mut passed = Vec::new();
+        let (mut row, mut via, mut distance) = (start, None, 0);
+        let mut column = loop {
+            let reach = distance + gains[row];
+            let (mut nearest, mut next) = (Score::MAX, 0);
+            for (index, &column) in open.iter().enumerate() {
+                let reached = reach - worth[row][column] + prices[column];
+                if reached < distances[column] {
+                    (distances[column], from[column]) = (reached, via);
+                }
+                if distances[column] < nearest {
+                    (nearest, next) = (distances[column], index);
+                }
+            }
+            distance = nearest;
+            let column = open.swap_remove(next);
+            let Some(taken_by) = row_of[column] else { break column };
+            passed.push((column, taken_by));
+            (row, via) = (taken_by, Some(column));
+        };
+        gains[start] -= distance;
+        for (column, row) in passed {
+            prices[column] += distance - distances[column];
+            gains[row] -= distance - distances[column];
+        }
+        while let Some(previous) = from[column] {
+            row_of[column] = row_of[previous];
+            column = previous;
+        }
+        row_of[column] = Some(start);
+    }
+    let mut columns = vec![0; worth.len()];
+    for (column, row) in row_of.into_iter().enumerate() {
+        row.into_iter().for_each(|row| columns[row] = column);
+    }
+    columns
+}

@@ -1,0 +1,59 @@
+//! What an orbit about a set of targets needs.
+
+use crate::coordination::group::{GroupParams, margin_m, spread};
+use crate::coordination::membership::Known;
+use crate::estimation::group_centre::Centroid;
+use crate::guidance::heading::Orbit;
+use crate::guidance::standoff_distance::StandoffDistance;
+
+/// What an orbit about a set of targets needs, by their centroid. With the printed margin (16) none is taken: it jumps
+/// with every change of members.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Need {
+    centroid: Centroid,
+    /// The place of the target furthest from the centroid.
+    pub(crate) furthest: usize,
+    /// The standoff distance.
+    pub(crate) standoff: StandoffDistance,
+}
+
+impl Need {
+    /// `None` for no targets. Of equally far targets, the last counts as the furthest.
+    pub(crate) fn of(
+        known: &[Known],
+        places: impl Iterator<Item = usize> + Clone,
+        params: &GroupParams,
+    ) -> Option<Self> {
+        let estimate = |index: usize| known[index].track.estimate();
+        let centroid = Centroid::of(places.clone().map(estimate))?;
+        let centre = centroid.mean.state;
+        let distance_m = |index: &usize| estimate(*index).state.position().distance_m(centre.position());
+        let furthest = places.max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))?;
+        let margin_m = margin_m(params.margin, 0.0, &centroid, estimate(furthest), centre.position());
+        let standoff = params.standoff.distance(spread(&estimate(furthest).state, &centre), margin_m);
+        Some(Self { centroid, furthest, standoff })
+    }
+
+    pub(crate) fn members(&self) -> u32 {
+        self.centroid.members
+    }
+
+    /// The orbit has room to spare, and the UAVs can follow it (half the limit of the discard by convergence).
+    pub(crate) fn leaves_room(&self, params: &GroupParams) -> bool {
+        let growth_m2_s = self.standoff.distance_m * self.standoff.rate_m_s;
+        self.standoff.unclamped_m <= params.take_back_fraction * params.standoff.radius_max_m
+            && growth_m2_s <= 0.5 * params.convergence_limit_m2_s
+    }
+
+    /// The orbit.
+    pub(crate) fn orbit(&self, params: &GroupParams) -> Orbit {
+        let centre = self.centroid.mean.state;
+        Orbit {
+            centre: centre.position(),
+            centre_velocity: centre.velocity(),
+            distance_m: self.standoff.distance_m,
+            rate_m_s: self.standoff.rate_m_s,
+            bounds_m: (params.standoff.radius_min_m, params.standoff.radius_max_m),
+        }
+    }
+}

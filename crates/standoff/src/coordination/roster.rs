@@ -1,0 +1,33 @@
+//! Which targets belong to which group.
+
+use crate::coordination::group::GroupId;
+use crate::coordination::membership::Known;
+
+/// Places of the known targets by group, ascending; a target in dwell is there twice.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Roster {
+    entries: Vec<(GroupId, usize)>,
+}
+
+impl Roster {
+    /// Becomes the roster of `known`.
+    pub(crate) fn fill(&mut self, known: &[Known]) {
+        self.entries.clear();
+        for (index, target) in known.iter().enumerate() {
+            self.entries.extend(target.groups().map(|group| (group, index)));
+        }
+        self.entries.sort_unstable();
+    }
+
+    /// The places of a group's members among the known targets.
+    pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
+        let start = self.entries.partition_point(|entry| entry.0 < group);
+        let length = self.entries[start..].partition_point(|entry| entry.0 == group);
+        self.entries[start..start + length].iter().map(|entry| entry.1)
+    }
+
+    /// The groups that have members, ascending.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = GroupId> + '_ {
+        self.entries.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0)
+    }
+}

@@ -1,0 +1,102 @@
+//! A team whose radio is perfect, in one process: every agent would keep the same picture, so one is kept.
+
+use crate::agent::{Scan, Step};
+use crate::coordination::event::Event;
+use crate::message::{Cue, Report};
+use crate::mind::Mind;
+use crate::param::ParamError;
+use crate::picture::Picture;
+use crate::team::TeamParams;
+use crate::time::Time;
+use crate::uav::{UavId, UavState};
+
+/// The agents of a team in which all hear everything at once: each answers as an [`Agent`](crate::Agent) of its own
+/// would, to the bit, for the work of one picture instead of one each.
+///
+/// ```
+/// # use standoff::*;
+/// # fn main() -> Result<(), Vec<ParamError>> {
+/// let mut fleet = Fleet::new(TeamParams::table_1())?;
+/// let state = |x_m| UavState {
+///     position: Position::from_m(x_m, 0.0),
+///     heading: Angle::from_deg(90.0),
+///     speed_m_s: 40.0,
+///     turn_rate_rad_s: 0.0,
+/// };
+/// let states = [state(400.0), state(-400.0)];
+/// fleet.hear(Time::START, states.iter().map(|state| (state, Scan::default())), &[]);
+/// for (id, state) in (0..).zip(&states) {
+///     let step = fleet.decide(UavId(id), state);
+///     assert_eq!(step.command.command.speed_m_s, 40.0);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct Fleet {
+    mind: Mind,
+    sequence: u32,
+    report: Report,
+}
+
+impl Fleet {
+    /// A team; all that is out of range is reported at once.
+    pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
+        let state = UavState {
+            heading: crate::Angle::ZERO,
+            position: crate::Position::ORIGIN,
+            speed_m_s: 0.0,
+            turn_rate_rad_s: 0.0,
+        };
+        let report = Report {
+            uav: UavId(0),
+            epoch: 0,
+            sequence: 0,
+            time: Time::START,
+            state,
+            boresight: None,
+            detections: Vec::new(),
+        };
+        Ok(Self { mind: Mind::new(params)?, sequence: 0, report })
+    }
+
+    /// Takes in everything that is said at an instant: of each UAV, by ascending id from 0, its state and scan; and the
+    /// cues. Instants come in order; an instant that has passed is not heard.
+    pub fn hear<'a>(&mut self, now: Time, uavs: impl Iterator<Item = (&'a UavState, Scan<'a>)>, cues: &[Cue]) {
+        if !self.mind.is_past(now) {
+            return;
+        }
+        self.mind.open(now);
+        self.sequence = self.sequence.wrapping_add(1);
+        for (id, (state, scan)) in (0..).zip(uavs) {
+            // Who does not know where it is has nothing to say.
+            if state.is_finite() {
+                let report = &mut self.report;
+                (report.uav, report.sequence, report.time) = (UavId(id), self.sequence, now);
+                (report.state, report.boresight) = (*state, scan.boresight);
+                report.detections.clear();
+                report.detections.extend_from_slice(scan.detections);
+                self.mind.inbox.hear_report(report);
+            }
+        }
+        for cue in cues {
+            self.mind.inbox.hear_cue(cue);
+        }
+        self.mind.follow();
+    }
+
+    /// What a UAV in that state is to do; its outbox is empty, for all have heard.
+    pub fn decide(&self, uav: UavId, own: &UavState) -> Step<'_> {
+        self.mind.decide(uav, own, &[])
+    }
+
+    /// What the team knows and intends.
+    pub fn picture(&self) -> &Picture {
+        self.mind.picture()
+    }
+
+    /// What changed at this instant.
+    pub fn events(&self) -> &[Event] {
+        self.mind.events()
+    }
+}

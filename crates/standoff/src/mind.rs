@@ -1,0 +1,165 @@
+//! What an agent keeps between steps, whichever UAV it is; and how a UAV decides from it.
+
+use crate::agent::{Diagnostics, LookAt, Step};
+use crate::coordination::event::Event;
+use crate::coordination::group::Group;
+use crate::coordination::membership::OnDuty;
+use crate::frame::Position;
+use crate::guidance::heading::{Steering, steer};
+use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
+use crate::inbox::Inbox;
+use crate::message::Message;
+use crate::param::ParamError;
+use crate::picture::{News, Picture, Scratch};
+use crate::target::Transition;
+use crate::team::TeamParams;
+use crate::time::{Duration, Time};
+use crate::uav::{Command, UavId, UavState};
+
+/// The picture and what it is made from.
+#[derive(Debug, Clone)]
+pub(crate) struct Mind {
+    params: TeamParams,
+    /// The picture of the instant before this one.
+    previous: Picture,
+    picture: Picture,
+    pub(crate) inbox: Inbox,
+    /// The target model over the time since the previous picture.
+    transition: Transition,
+    no_time: Transition,
+    scratch: Scratch,
+    started: bool,
+}
+
+impl Mind {
+    pub(crate) fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
+        let errors = params.errors();
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let no_time = params.track.target.transition(Duration::ZERO);
+        Ok(Self {
+            params,
+            previous: Picture::default(),
+            picture: Picture::default(),
+            inbox: Inbox::default(),
+            transition: no_time,
+            no_time,
+            scratch: Scratch::default(),
+            started: false,
+        })
+    }
+
+    pub(crate) fn picture(&self) -> &Picture {
+        &self.picture
+    }
+
+    /// What changed in the picture of this instant.
+    pub(crate) fn events(&self) -> &[Event] {
+        &self.scratch.events
+    }
+
+    /// The picture is of an earlier instant than `now`.
+    pub(crate) fn is_past(&self, now: Time) -> bool {
+        !self.started || now > self.picture.time
+    }
+
+    /// Turns to a new instant.
+    pub(crate) fn open(&mut self, now: Time) {
+        core::mem::swap(&mut self.previous, &mut self.picture);
+        let dt = if self.started { now - self.previous.time } else { Duration::ZERO };
+        self.started = true;
+        if dt != self.transition.dt {
+            self.transition = self.params.track.target.transition(dt);
+        }
+        self.picture.time = now;
+        self.inbox.open(now);
+    }
+
+    /// Makes the picture of this instant from all that was heard by now.
+    pub(crate) fn follow(&mut self) {
+        let news =
+            News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition, no_time: &self.no_time };
+        self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
+    }
+
+    /// What UAV `id` is to do.
+    pub(crate) fn decide<'a>(&'a self, id: UavId, own: &UavState, outbox: &'a [Message]) -> Step<'a> {
+        let own_state_invalid = !own.is_finite();
+        let group = self.picture.group_of(id).filter(|_| !own_state_invalid);
+        let (wanted, spacing_error_rad, steering) = match group {
+            _ if own_state_invalid => {
+                (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
+            }
+            Some(group) => self.fly_orbit(id, own, group),
+            None => (self.hold(), 0.0, None),
+        };
+        Step {
+            command: self.params.uav.limit(wanted),
+            altitude_m: group.map(|group| group.altitude_m),
+            look_at: self.look_at(own, group),
+            outbox,
+            events: &self.scratch.events,
+            diagnostics: Diagnostics {
+                group: group.map(|group| group.id),
+                steering,
+                orbit_is_feasible: group.is_none_or(Group::is_feasible),
+                spacing_error_rad,
+                separation_m: group.and_then(|group| {
+                    let others = self.teammates(id, group).map(|mate| mate.state.position.distance_m(own.position));
+                    others.reduce(f64::min)
+                }),
+                unassigned_targets: self.picture.unassigned,
+                refused_messages: self.inbox.refused(),
+                own_state_invalid,
+            },
+        }
+    }
+
+    /// The other UAVs of a group.
+    fn teammates<'a>(&'a self, id: UavId, group: &'a Group) -> impl Iterator<Item = &'a OnDuty> {
+        self.scratch.on_duty.iter().filter(move |mate| mate.group == Some(group.id) && mate.uav != id)
+    }
+
+    fn fly_orbit(&self, id: UavId, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
+        let guidance = &self.params.guidance;
+        let orbit = group.orbit(&self.params.group.standoff);
+        let phase = |position: Position| (position - orbit.centre).direction();
+        let is_away = |position: Position| is_in_transit(position.distance_m(orbit.centre), orbit.distance_m);
+        let others = self.teammates(id, group).filter(|mate| !is_away(mate.state.position));
+        let others = others.map(|mate| (mate.uav, phase(mate.state.position)));
+        let error_rad = match is_away(own.position) {
+            true => 0.0,
+            false => spacing_error_rad((id, phase(own.position)), others, guidance.separation_rad, guidance.sense),
+        };
+        let nominal_m_s = self.params.uav.speed_m_s;
+        let centre_m_s = orbit.centre_velocity.speed_m_s();
+        let wanted_m_s =
+            spacing_speed_m_s(error_rad, guidance.spacing_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
+        // The field is flown at the speed that the limits leave, so that (25) and (29) hold for it.
+        let flown = self.params.uav.limit(Command { speed_m_s: wanted_m_s, turn_rate_rad_s: 0.0 });
+        let steering = steer(guidance, own, &orbit, flown.command.speed_m_s);
+        let wanted = Command { speed_m_s: wanted_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+        (wanted, error_rad, Some(steering))
+    }
+
+    /// With nothing to watch: a circle of the smallest orbit, where the UAV is.
+    fn hold(&self) -> Command {
+        let speed_m_s = self.params.uav.speed_m_s;
+        let turn_rate_rad_s = self.params.guidance.sense.sign() * speed_m_s / self.params.group.standoff.radius_min_m;
+        Command { speed_m_s, turn_rate_rad_s }
+    }
+
+    /// The group's centre; without a group, the nearest track.
+    fn look_at(&self, own: &UavState, group: Option<&Group>) -> Option<LookAt> {
+        if let Some(group) = group {
+            let centre = group.centre.estimate().state;
+            return Some(LookAt { position: centre.position(), velocity: centre.velocity() });
+        }
+        let states = self.picture.known.iter().filter(|known| !known.track.is_lost()).map(|k| k.track.estimate().state);
+        let distance_m = |position: Position| position.distance_m(own.position);
+        states
+            .min_by(|a, b| distance_m(a.position()).total_cmp(&distance_m(b.position())))
+            .map(|state| LookAt { position: state.position(), velocity: state.velocity() })
+    }
+}
