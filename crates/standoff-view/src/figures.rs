@@ -1,4 +1,4 @@
-//! Static figures of a run: five SVG documents drawn from one pass over its frames.
+//! Static figures of a run: SVG documents drawn from one pass over its frames.
 //!
 //! The run is read as a stream and kept as small, thinned curves, so that neither memory nor the size
 //! of a figure grows with the length of the run. The same frames always give the same bytes.
@@ -7,9 +7,12 @@ mod chart;
 mod curve;
 mod gather;
 mod line_of_sight;
+mod margin;
 mod phase;
+mod separation;
 mod speed_and_turn_rate;
 mod standoff_distance;
+mod symbol;
 #[cfg(test)]
 mod tests;
 mod trajectories;
@@ -67,10 +70,21 @@ pub enum FigureError<E> {
     },
 }
 
-type Draw = fn(&Run, &Setup) -> Drawn<String>;
+type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 
-/// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase` (only where two UAVs
-/// share an orbit at some instant), `line_of_sight` and `speed_and_turn_rate`, in this order.
+/// Every figure that there is, in the order in which they are returned.
+const PAGES: [(&str, Draw); 7] = [
+    ("trajectories", trajectories::draw),
+    ("standoff_distance", standoff_distance::draw),
+    ("phase", phase::draw),
+    ("separation", separation::draw),
+    ("margin", margin::draw),
+    ("line_of_sight", line_of_sight::draw),
+    ("speed_and_turn_rate", speed_and_turn_rate::draw),
+];
+
+/// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase`, `separation`, `margin`,
+/// `line_of_sight` and `speed_and_turn_rate`, in this order; those without anything to show are left out.
 ///
 /// Values that are not finite or beyond any physical size are taken as missing.
 pub fn figures<E>(
@@ -84,17 +98,9 @@ pub fn figures<E>(
     if run.frames == 0 {
         return Err(FigureError::NoFrames);
     }
-    let mut pages: Vec<(&'static str, Draw)> = vec![
-        ("trajectories", trajectories::draw),
-        ("standoff_distance", standoff_distance::draw),
-        ("phase", phase::draw),
-        ("line_of_sight", line_of_sight::draw),
-        ("speed_and_turn_rate", speed_and_turn_rate::draw),
-    ];
-    pages.retain(|(name, _)| *name != "phase" || !run.separations.is_empty());
     let finish = |(name, draw): (_, Draw)| match draw(&run, setup) {
-        Ok(svg) => Ok(Figure { name, svg }),
-        Err(error) => Err(FigureError::Draw { figure: name, reason: error.to_string() }),
+        Ok(svg) => svg.map(|svg| Ok(Figure { name, svg })),
+        Err(error) => Some(Err(FigureError::Draw { figure: name, reason: error.to_string() })),
     };
-    pages.into_iter().map(finish).collect()
+    PAGES.into_iter().filter_map(finish).collect()
 }

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use standoff::coordination::assignment::{Objective, Site, assign};
+use standoff::coordination::assignment::{Hand, Objective, Site, assign};
 use standoff::*;
 
 /// So many points on a sunflower's spiral, which fills a disc evenly and without symmetry.
@@ -19,8 +19,10 @@ fn assignment(c: &mut Criterion) {
     let sensor = TeamParams::table_1().track.sensor;
     for (uavs, groups, targets) in [(4, 2, 7), (8, 4, 40), (12, 6, 120), (30, 15, 300), (100, 50, 1000)] {
         let radius_m = 1000.0 * f64::from(groups).sqrt();
-        let team: Vec<(UavId, Position)> =
-            (0..).map(UavId).zip(spread(Position::from_m(500.0, -200.0), uavs, radius_m)).collect();
+        let team: Vec<Hand> = (0..)
+            .zip(spread(Position::from_m(500.0, -200.0), uavs, radius_m))
+            .map(|(id, position)| Hand { uav: UavId(id), position, serves: None })
+            .collect();
         let members: Vec<Vec<Position>> = (0u32..)
             .zip(spread(Position::ORIGIN, groups, radius_m))
             .map(|(group, centre)| spread(centre, (targets + group) / groups, 150.0))

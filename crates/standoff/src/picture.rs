@@ -4,7 +4,7 @@
 //! difference, not in a single bit.
 
 use crate::coordination::Roster;
-use crate::coordination::assignment::{Duty, Site, assign};
+use crate::coordination::assignment::{Duty, Hand, Site, assign};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::{Before, Group, GroupId};
 use crate::coordination::membership::{Buffers, Known, OnDuty, Settling};
@@ -221,7 +221,9 @@ impl Picture {
             self.crew.extend_from_slice(&previous.crew);
             return;
         };
-        let uavs: Vec<_> = scratch.on_duty.iter().map(|on_duty| (on_duty.uav, on_duty.state.position)).collect();
+        let hand =
+            |on_duty: &OnDuty| Hand { uav: on_duty.uav, position: on_duty.state.position, serves: on_duty.group };
+        let uavs: Vec<Hand> = scratch.on_duty.iter().map(hand).collect();
         let positions = |id: GroupId| {
             scratch.buffers.roster.of(id).map(|index| self.known[index].track.estimate().state.position())
         };

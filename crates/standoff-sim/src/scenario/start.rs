@@ -1,16 +1,21 @@
-//! Where the UAVs start: as listed, or on a ring about the targets that are there first.
+//! Where the UAVs start: as listed, on a ring about the targets that are there first, or on orbits about their groups.
 
+use standoff::coordination::clustering::{Clusters, group_count};
 use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavState};
 
 use super::Targets;
-use super::file::{ScenarioFile, UavAt};
+use super::file::{Ring, ScenarioFile, UavAt};
 use super::number::value;
 
-/// The UAVs' first states; a ring is spelt out in the file as `[[uavs.at]]`.
+/// The UAVs' first states; what was not listed is spelt out in the file as `[[uavs.at]]`.
 pub(super) fn uavs(file: &mut ScenarioFile, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
     if file.uavs.at.is_empty() {
-        file.uavs.at = ring(file, team, targets);
-        file.uavs.ring = None;
+        let count = file.uavs.count.as_ref().map_or(1.0, value) as usize;
+        let positions = first_positions(targets);
+        file.uavs.at = match file.uavs.ring.take() {
+            Some(ring) => on_ring(&ring, count, &positions, team),
+            None => on_orbits(count, &positions, team),
+        };
     }
     let states = file.uavs.at.iter().map(|at| UavState {
         position: Position::from_m(value(&at.x_m), value(&at.y_m)),
@@ -21,19 +26,33 @@ pub(super) fn uavs(file: &mut ScenarioFile, team: &TeamParams, targets: &Targets
     states.collect()
 }
 
-fn ring(file: &ScenarioFile, team: &TeamParams, targets: &Targets) -> Vec<UavAt> {
-    let (centre, standoff_m) = first_orbit(&first_positions(targets), team);
-    let ring = file.uavs.ring.clone().unwrap_or_default();
+/// On an orbit about each group that the targets' start falls into, one UAV after the other.
+fn on_orbits(count: usize, positions: &[Position], team: &TeamParams) -> Vec<UavAt> {
+    let groups = group_count(count, positions.len()).max(1);
+    let mut clusters = Clusters::default();
+    clusters.found(positions, groups);
+    let mut at = Vec::new();
+    for group in 0..groups {
+        let members: Vec<Position> =
+            positions.iter().zip(&clusters.of).filter(|(_, of)| **of == group).map(|(position, _)| *position).collect();
+        let crew = (group..count).step_by(groups).count();
+        at.extend(on_ring(&Ring::default(), crew, &members, team));
+    }
+    at
+}
+
+/// On a ring about all targets.
+fn on_ring(ring: &Ring, count: usize, positions: &[Position], team: &TeamParams) -> Vec<UavAt> {
+    let (centre, standoff_m) = first_orbit(positions, team);
     let radius_m = ring.radius_m.as_ref().map_or(standoff_m, value);
     let first = Angle::from_deg(ring.phase_deg.as_ref().map_or(0.0, value));
-    let count = file.uavs.count.as_ref().map_or(1.0, value) as u32;
     let even_deg = match count {
         2 => team.guidance.separation_rad.to_degrees(),
-        _ => 360.0 / f64::from(count),
+        _ => 360.0 / count as f64,
     };
     let spacing_deg = ring.spacing_deg.as_ref().map_or(even_deg, value);
-    let at = |index: u32| {
-        let phase = first + Angle::from_deg(f64::from(index) * spacing_deg);
+    let at = |index: usize| {
+        let phase = first + Angle::from_deg(index as f64 * spacing_deg);
         let position = centre + Displacement::from_polar(radius_m, phase);
         let along = phase + Angle::from_deg(90.0 * team.guidance.sense.sign());
         UavAt {

@@ -1,11 +1,14 @@
 //! Charts in one style: the page, its axes, lines with their legend, and panels over time.
 
 use super::curve::{Curve, MOST_POINTS, Point, usable};
-use super::gather::{Run, Uav};
+use super::gather::{Group, Run};
+use super::symbol::{Mark, Symbol};
 use plotters::coord::{Shift, types::RangedCoordf64};
-use plotters::element::DashedPathElement;
 use plotters::prelude::*;
+use std::cmp::Reverse;
+use std::collections::BTreeSet;
 use std::error::Error;
+use std::iter::empty;
 use std::ops::Range;
 
 /// Units of the drawing in a px: plotters places shapes on whole units, and curves on whole px look jagged.
@@ -19,6 +22,11 @@ const LEGEND: u32 = 184;
 const POINTS: usize = 40_000;
 /// Most UAVs or groups that a legend names.
 pub(super) const MOST_NAMED: usize = 10;
+/// Most groups that have a panel of their own.
+const MOST_PANELS: usize = 4;
+/// Opacity that stands for dashes, which the SVG writer does not know, and what it is replaced by.
+const DASHED: f64 = 0.999;
+const DASHES: &str = "stroke-dasharray=\"24 16\"";
 
 /// For UAVs by rank: colours of Okabe and Ito, then darker ones, which colour-blind readers can tell apart.
 pub(super) const UAVS: [RGBColor; 8] = [
@@ -31,10 +39,18 @@ pub(super) const UAVS: [RGBColor; 8] = [
     RGBColor(0, 109, 109),
     RGBColor(182, 109, 255),
 ];
-/// For groups by rank: none of the UAVs' colours.
-pub(super) const GROUPS: [RGBColor; 3] = [RGBColor(0, 158, 115), RGBColor(230, 159, 0), RGBColor(86, 180, 233)];
+/// For groups in the order of their founding: none of the UAVs' colours, and lighter.
+pub(super) const GROUPS: [RGBColor; 5] = [
+    RGBColor(0, 158, 115),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(153, 204, 119),
+    RGBColor(238, 102, 119),
+];
 /// Limits and values wanted.
 pub(super) const REFERENCE: RGBColor = RGBColor(70, 70, 70);
+/// Lines at instants.
+const MARKED: RGBColor = RGBColor(150, 150, 150);
 
 /// Outcome of drawing.
 pub(super) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
@@ -55,7 +71,8 @@ pub(super) fn ink(colour: RGBColor, width: f64) -> ShapeStyle {
     colour.stroke_width((width * f64::from(PX)) as u32).filled()
 }
 
-fn font(px: f64) -> TextStyle<'static> {
+/// A font of a size in px.
+pub(super) fn font(px: f64) -> TextStyle<'static> {
     // The SVG writer divides sizes by 1.24.
     ("sans-serif", px * 1.24 * f64::from(PX)).into_font().color(&RGBColor(34, 34, 34))
 }
@@ -73,29 +90,28 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>, least: f64, room: f64
 
 /// Most points that each of so many curves may have.
 pub(super) fn share(curves: usize) -> usize {
-    (POINTS / curves.max(1)).clamp(40, MOST_POINTS)
+    (POINTS / curves.max(1)).clamp(16, MOST_POINTS)
 }
 
-/// A curve of each UAV in the UAV's colour; the first few are named, if any is.
-pub(super) fn of_uavs(run: &Run, width: f64, named: bool, of: fn(&Uav) -> &Curve) -> Vec<Line> {
-    let line = |(rank, (&id, uav))| Line {
-        runs: of(uav).runs(share(2 * run.uavs.len())),
+/// Curves of UAVs in the UAVs' colours; the first few are named.
+pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u32, &'a Curve)>) -> Vec<Line> {
+    let line = |(rank, (id, curve)): (usize, (u32, &Curve))| Line {
+        runs: curve.runs(share(2 * run.uavs.len())),
         ink: ink(run.uav_colour(id), width),
         dashed: false,
-        label: (named && rank < MOST_NAMED).then(|| format!("UAV {id}")),
+        label: (rank < MOST_NAMED).then(|| format!("UAV {id}")),
     };
-    run.uavs.iter().enumerate().map(line).collect()
+    curves.enumerate().map(line).collect()
 }
 
-/// A dashed line at one value over the time of the run.
-pub(super) fn level(run: &Run, value: f64, label: Option<&str>) -> Line {
-    let time = run.time();
-    let runs = usable(value).map(|value| vec![(time.start, value), (time.end, value)]).into_iter().collect();
-    Line { runs, ink: ink(REFERENCE, 1.0), dashed: true, label: label.map(str::to_owned) }
-}
-
-/// A page 900 px wide with heading and caption, on which `draw` draws.
-pub(super) fn page(heading: &str, title: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Drawn<String> {
+/// A page 900 px wide with heading and caption, which ends in a note, on which `draw` draws.
+pub(super) fn page(
+    heading: &str,
+    title: &str,
+    note: &str,
+    height: u32,
+    draw: impl FnOnce(&Area) -> Drawn,
+) -> Drawn<String> {
     let mut svg = String::new();
     let size = (WIDTH * PX, height * PX);
     {
@@ -104,12 +120,13 @@ pub(super) fn page(heading: &str, title: &str, height: u32, draw: impl FnOnce(&A
         let odd = |c: char| c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}');
         let title: String = title.chars().take(120).map(|c| if odd(c) { ' ' } else { c }).collect();
         let inner = root.margin(6 * PX, 4 * PX, 8 * PX, 4 * PX).titled(heading, font(15.0))?;
-        draw(&inner.titled(&title, font(11.0).color(&REFERENCE))?)?;
+        draw(&inner.titled(&(title + note), font(11.0).color(&REFERENCE))?)?;
         root.present()?;
     }
     let drawn = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
     let shown = format!("width=\"{WIDTH}\" height=\"{height}\" stroke-linejoin=\"round\"");
-    Ok(svg.replacen(&drawn, &shown, 1))
+    let svg = svg.replacen(&drawn, &shown, 1).replace(" opacity=\"1\"", "");
+    Ok(svg.replace(&format!("opacity=\"{DASHED}\""), DASHES))
 }
 
 /// A plot with grid and axes, and its legend to the right, where it covers no data.
@@ -156,18 +173,24 @@ impl<'a> Chart<'a> {
 
     /// Draws a line; a lone point becomes a dot.
     pub(super) fn line(&mut self, Line { runs, ink, dashed, label }: Line) -> Drawn {
+        let ink = ShapeStyle { color: if dashed { ink.color.mix(DASHED) } else { ink.color }, ..ink };
         for run in runs {
-            if dashed {
-                self.plot.draw_series(DashedLineSeries::new(run, 6 * PX, 4 * PX, ink))?;
-            } else {
-                let dot = if run.len() == 1 { ink.stroke_width } else { 0 };
-                self.plot.draw_series(LineSeries::new(run, ink).point_size(dot))?;
-            }
+            let dot = if run.len() == 1 { ink.stroke_width } else { 0 };
+            self.plot.draw_series(LineSeries::new(run, ink).point_size(dot))?;
         }
         let Some(label) = label else { return Ok(()) };
-        let (on, off) = if dashed { (5, 3) } else { (20, 0) };
-        let sample = move |(x, y)| DashedPathElement::new([(x, y), (x + 20 * PX as i32, y)], on * PX, off * PX, ink);
-        self.legend.draw_series(std::iter::empty::<PathElement<_>>())?.label(label).legend(sample);
+        let sample = move |(x, y)| PathElement::new([(x, y), (x + 20 * PX as i32, y)], ink);
+        self.legend.draw_series(empty::<PathElement<_>>())?.label(label).legend(sample);
+        Ok(())
+    }
+
+    /// Draws a symbol at some places.
+    pub(super) fn symbols(&mut self, symbol: Symbol, places: &[Point], label: Option<String>) -> Drawn {
+        self.plot.draw_series(places.iter().map(|&place| symbol.at(place)))?;
+        self.plot.draw_series(places.iter().filter_map(|&place| symbol.word_at(place)))?;
+        let Some(label) = label else { return Ok(()) };
+        let sample = move |(x, y)| symbol.at((x + 10 * PX as i32, y));
+        self.legend.draw_series(empty::<PathElement<_>>())?.label(label).legend(sample);
         Ok(())
     }
 
@@ -179,21 +202,87 @@ impl<'a> Chart<'a> {
     }
 }
 
-/// A page of panels over time: title of the upward axis, a value that the axis must show, and lines.
-pub(super) fn over_time<const N: usize>(
+/// What a panel over time shows.
+#[derive(Default)]
+pub(super) struct Panel {
+    /// Title of the upward axis.
+    pub(super) axis: String,
+    /// A value that the axis must show.
+    pub(super) shown: Option<f64>,
+    pub(super) lines: Vec<Line>,
+    /// Limits and values wanted, dashed.
+    pub(super) levels: Vec<(f64, Option<String>)>,
+    /// What happened when.
+    pub(super) marks: Vec<(Mark, Vec<f64>)>,
+}
+
+impl Panel {
+    fn is_empty(&self) -> bool {
+        self.lines.iter().all(|line| line.runs.is_empty())
+    }
+
+    fn draw(self, run: &Run, area: &Area, named: &mut BTreeSet<String>) -> Drawn {
+        let mut new = |label: Option<String>| label.filter(|label| named.insert(label.clone()));
+        let time = run.time();
+        let levels: Vec<_> = self.levels.into_iter().filter(|level| usable(level.0).is_some()).collect();
+        let values = self.lines.iter().flat_map(|line| line.runs.iter().flatten()).map(|at| at.1);
+        let values = values.chain(levels.iter().map(|level| level.0)).chain(self.shown);
+        let values = range(values, 1.0, 0.04);
+        let (bottom, top) = (values.start, values.end);
+        let mut chart = Chart::new(area, time.clone(), values, ["Time (s)", &self.axis])?;
+        let upright = |&at: &f64| vec![(at, bottom), (at, top)];
+        for (_, times) in &self.marks {
+            let runs = times.iter().map(upright).collect();
+            chart.line(Line { runs, ink: ink(MARKED, 0.75), dashed: false, label: None })?;
+        }
+        for line in self.lines {
+            chart.line(Line { label: new(line.label), ..line })?;
+        }
+        for (value, label) in levels {
+            let runs = vec![vec![(time.start, value), (time.end, value)]];
+            chart.line(Line { runs, ink: ink(REFERENCE, 1.0), dashed: true, label: new(label) })?;
+        }
+        for (mark, times) in self.marks {
+            let places: Vec<Point> = times.into_iter().map(|at| (at, top)).collect();
+            chart.symbols(mark.symbol(), &places, new(Some(mark.label())))?;
+        }
+        chart.finish()
+    }
+}
+
+/// A page of panels over time, without the empty ones; none if all are. A label is explained once.
+pub(super) fn over_time(run: &Run, heading: &str, title: &str, panels: Vec<Panel>) -> Drawn<Option<String>> {
+    stacked(run, heading, title, "", panels)
+}
+
+/// A page of panels over time, one for each group that has something to show, and another.
+pub(super) fn per_group(
     run: &Run,
     heading: &str,
     title: &str,
-    panels: [(&str, Option<f64>, Vec<Line>); N],
-) -> Drawn<String> {
-    page(heading, title, 80 + 290 * N as u32, |area| {
-        for (area, (axis, shown, lines)) in area.split_evenly((N, 1)).iter().zip(panels) {
-            let values = lines.iter().flat_map(|line| line.runs.iter().flatten()).map(|at| at.1);
-            let values = range(values.chain(shown), 1.0, 0.04);
-            let mut chart = Chart::new(area, run.time(), values, ["Time (s)", axis])?;
-            lines.into_iter().try_for_each(|line| chart.line(line))?;
-            chart.finish()?;
-        }
-        Ok(())
-    })
+    panel: impl Fn(u32, &Group) -> Panel,
+    last: Option<Panel>,
+) -> Drawn<Option<String>> {
+    let panels = run.groups.iter().map(|(&id, group)| (id, group.instants, panel(id, group)));
+    let mut panels: Vec<_> = panels.filter(|panel| !panel.2.is_empty()).collect();
+    let note = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.founded);
+    let note = if panels.len() > MOST_PANELS { &note } else { "" };
+    panels.sort_by_key(|panel| Reverse(panel.1));
+    panels.truncate(MOST_PANELS);
+    panels.sort_by_key(|panel| panel.0);
+    stacked(run, heading, title, note, panels.into_iter().map(|panel| panel.2).chain(last).collect())
+}
+
+fn stacked(run: &Run, heading: &str, title: &str, note: &str, mut panels: Vec<Panel>) -> Drawn<Option<String>> {
+    panels.retain(|panel| !panel.is_empty());
+    if panels.is_empty() {
+        return Ok(None);
+    }
+    let (count, mut named) = (panels.len(), BTreeSet::new());
+    let each = if count > 2 { 240 } else { 290 };
+    let draw = |area: &Area| {
+        let areas = area.split_evenly((count, 1));
+        areas.iter().zip(panels).try_for_each(|(area, panel)| panel.draw(run, area, &mut named))
+    };
+    page(heading, title, note, 80 + each * count as u32, draw).map(Some)
 }

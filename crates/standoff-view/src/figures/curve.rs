@@ -15,7 +15,7 @@ pub(super) fn usable(value: f64) -> Option<f64> {
 
 /// A curve with gaps where a value is missing.
 ///
-/// When there are too many points, each stride of instants keeps its ends and its extremes. A gap no
+/// When there are too many points, each stride of instants keeps its ends, middle and extremes. A gap no
 /// longer than the stride is below what a figure resolves and is joined across.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Curve {
@@ -36,15 +36,18 @@ impl Curve {
         loop {
             let mut kept: Vec<(usize, Point)> = Vec::new();
             for bucket in self.samples.chunk_by(|a, b| a.0 >> self.doublings == b.0 >> self.doublings) {
+                let across = |a: &&(usize, Point), b: &&(usize, Point)| a.1.0.total_cmp(&b.1.0);
                 let height = |a: &&(usize, Point), b: &&(usize, Point)| a.1.1.total_cmp(&b.1.1);
-                let extremes = [bucket.iter().min_by(height), bucket.iter().max_by(height)];
-                let mut bucket = [bucket.first(), extremes[0], extremes[1], bucket.last()];
-                bucket.sort_by_key(|sample| sample.map(|sample| sample.0));
-                kept.extend(bucket.into_iter().flatten());
+                let samples = || bucket.iter();
+                let extremes = [samples().min_by(across), samples().max_by(across)];
+                let mut few = vec![bucket.first(), bucket.get(bucket.len() / 2), bucket.last()];
+                few.extend(extremes.into_iter().chain([samples().min_by(height), samples().max_by(height)]));
+                few.sort_by_key(|sample| sample.map(|sample| sample.0));
+                kept.extend(few.into_iter().flatten());
             }
             kept.dedup_by_key(|sample| sample.0);
             self.samples = kept;
-            if self.samples.len() <= most.max(4) {
+            if self.samples.len() <= most.max(7) {
                 return;
             }
             self.doublings += 1;
@@ -53,7 +56,13 @@ impl Curve {
 
     /// The unbroken stretches of the curve, of at most `most` points in all.
     pub(super) fn runs(&self, most: usize) -> Vec<Vec<Point>> {
+        self.runs_since(0, most)
+    }
+
+    /// Its stretches from an instant on.
+    pub(super) fn runs_since(&self, first: usize, most: usize) -> Vec<Vec<Point>> {
         let mut curve = self.clone();
+        curve.samples.retain(|sample| sample.0 >= first);
         curve.thin(most);
         let runs = curve.samples.chunk_by(|a, b| b.0 - a.0 <= 1 << curve.doublings);
         runs.map(|run| run.iter().map(|sample| sample.1).collect()).collect()
@@ -74,6 +83,15 @@ mod tests {
     fn a_missing_or_absurd_value_breaks_the_curve() {
         let runs = runs([Some(1.0), Some(2.0), None, Some(3.0), Some(f64::NAN), Some(4.0), Some(1e300)]);
         assert_eq!(runs, [vec![(0.0, 1.0), (1.0, 2.0)], vec![(3.0, 3.0)], vec![(5.0, 4.0)]]);
+    }
+
+    #[test]
+    fn thinning_keeps_how_far_a_path_went_either_way() {
+        let mut curve = Curve::default();
+        (0..40).for_each(|i| curve.push(i, if i == 13 { -9.0 } else { 0.0 }, if i == 29 { 9.0 } else { 0.0 }));
+        let kept = curve.runs(16).concat();
+        assert!(kept.len() <= 16 && kept.contains(&(-9.0, 0.0)) && kept.contains(&(0.0, 9.0)));
+        assert_eq!(curve.runs_since(38, 16).concat(), [(0.0, 0.0); 2]);
     }
 
     #[test]

@@ -1,19 +1,45 @@
 //! What the figures show of a run, gathered from its frames one at a time.
 
 use super::curve::{Curve, Point, usable};
-use super::{chart, line_of_sight, phase};
+use super::symbol::Mark;
+use super::{chart, line_of_sight, margin, phase};
 use plotters::style::RGBColor;
-use standoff_sim::record::Frame;
+use standoff_sim::record::{EventRow, Frame};
 use std::collections::BTreeMap;
 use std::ops::Range;
+
+/// Most groups kept: of those dissolved, the shortest-lived go first.
+const MOST_GROUPS: usize = 32;
+/// Most marks of one kind in a panel; of more, some are left out.
+const MOST_MARKS: usize = 60;
+
+/// A path in pieces, by the place of the group's colour among all; `None`: in no group.
+#[derive(Debug, Default)]
+pub(super) struct Path {
+    pub(super) pieces: BTreeMap<Option<usize>, Curve>,
+    last: Option<(usize, Point, Option<usize>)>,
+}
+
+impl Path {
+    fn push(&mut self, index: usize, at: Option<Point>, colour: Option<usize>) {
+        let Some(at) = at else { return };
+        // A piece ends where the next one begins.
+        if let Some((_, _, before)) = self.last.filter(|last| last.0 + 1 == index && last.2 != colour) {
+            self.pieces.entry(before).or_default().push(index, at.0, at.1);
+        }
+        self.pieces.entry(colour).or_default().push(index, at.0, at.1);
+        self.last = Some((index, at, colour));
+    }
+}
 
 /// Curves of one UAV, in metres, degrees and seconds.
 #[derive(Debug, Default)]
 pub(super) struct Uav {
     pub(super) path: Curve,
+    /// Its path by the group it serves.
+    pub(super) served: Path,
     /// What it sees at last: where from, in which direction (rad) and how far (m).
     pub(super) view: Option<(Point, f64, f64)>,
-    pub(super) distance: Curve,
     pub(super) error: Curve,
     pub(super) off_boresight: Curve,
     pub(super) speed: Curve,
@@ -25,9 +51,31 @@ pub(super) struct Uav {
 /// Curves of one group.
 #[derive(Debug, Default)]
 pub(super) struct Group {
+    /// Place of its colour among all.
+    colour: usize,
+    /// Instants it lived.
+    pub(super) instants: usize,
     pub(super) centre: Curve,
     pub(super) standoff: Curve,
     pub(super) unclamped: Curve,
+    pub(super) margin: Curve,
+    pub(super) centre_error: Curve,
+    pub(super) separation: Curve,
+    /// Distance from the centre, by UAV that serves it.
+    pub(super) distances: BTreeMap<u32, Curve>,
+    /// Phase separations in degrees.
+    pub(super) phases: BTreeMap<phase::Between, Curve>,
+    /// When something happened to a target of it: time over the count of events.
+    marks: BTreeMap<Mark, Curve>,
+}
+
+impl Group {
+    /// What happened to its targets when, s, but for losses: in traffic they are many and change little.
+    pub(super) fn marks(&self) -> Vec<(Mark, Vec<f64>)> {
+        let times = |curve: &Curve| curve.runs(MOST_MARKS).concat().iter().map(|at| at.1).collect();
+        let shown = self.marks.iter().filter(|(mark, _)| **mark != Mark::Lost);
+        shown.map(|(&mark, curve)| (mark, times(curve))).collect()
+    }
 }
 
 /// A run as far as the figures show it.
@@ -37,13 +85,19 @@ pub(super) struct Run {
     /// Earliest and latest instant, s.
     times: Option<[f64; 2]>,
     pub(super) uavs: BTreeMap<u32, Uav>,
+    /// Groups ever founded.
+    pub(super) founded: usize,
     pub(super) groups: BTreeMap<u32, Group>,
     /// True paths by target.
     pub(super) truth: BTreeMap<u32, Curve>,
-    /// Estimated paths by target and group.
-    pub(super) tracks: BTreeMap<(u32, Option<u32>), Curve>,
-    /// Phase separations in degrees.
-    pub(super) separations: BTreeMap<phase::Between, Curve>,
+    /// Estimated paths by target.
+    pub(super) tracks: BTreeMap<u32, Path>,
+    /// Estimated paths in dwell, by target and colour of the receiving group.
+    pub(super) dwells: BTreeMap<(u32, usize), Curve>,
+    /// Events marked.
+    events: usize,
+    /// Where something happened to targets.
+    pub(super) marks: BTreeMap<Mark, Curve>,
 }
 
 impl Run {
@@ -55,28 +109,41 @@ impl Run {
             let [first, last] = self.times.unwrap_or([time, time]);
             self.times = Some([first.min(time), last.max(time)]);
         }
+        self.found(frame);
         for row in &frame.groups {
-            let group = self.groups.entry(row.group).or_default();
+            let Some(group) = self.groups.get_mut(&row.group) else { continue };
+            group.instants += 1;
             group.centre.push(index, row.x_m, row.y_m);
             group.standoff.push(index, time, row.standoff_distance_m);
             group.unclamped.push(index, time, row.standoff_unclamped_m);
+            group.margin.push(index, time, row.margin_m);
+            group.centre_error.push(index, time, margin::centre_error(frame, row));
+            group.separation.push(index, time, row.separation_m);
         }
         for row in &frame.truth {
             self.truth.entry(row.target).or_default().push(index, row.x_m, row.y_m);
         }
         for row in &frame.tracks {
-            self.tracks.entry((row.target, row.group)).or_default().push(index, row.state[0], row.state[3]);
+            let (at, colour) = (place(row.state[0], row.state[3]), self.colour(row.group));
+            self.tracks.entry(row.target).or_default().push(index, at, colour);
+            if let Some(colour) = self.colour(row.to_group) {
+                self.dwells.entry((row.target, colour)).or_default().push(index, row.state[0], row.state[3]);
+            }
         }
         let members = line_of_sight::members(frame);
         for row in &frame.uavs {
             let group = frame.groups.iter().find(|group| Some(group.group) == row.group);
+            let colour = self.colour(row.group);
+            if let Some(group) = row.group.and_then(|id| self.groups.get_mut(&id)) {
+                group.distances.entry(row.uav).or_default().push(index, time, row.centre_distance_m);
+            }
             let uav = self.uavs.entry(row.uav).or_default();
             uav.path.push(index, row.x_m, row.y_m);
+            uav.served.push(index, place(row.x_m, row.y_m), colour);
             uav.view = group.and_then(|group| {
                 let reach = usable(row.centre_distance_m?.abs() + group.spread_m.abs())?;
                 Some((place(row.x_m, row.y_m)?, usable(row.boresight_rad?)?, reach))
             });
-            uav.distance.push(index, time, row.centre_distance_m);
             let error = row.centre_distance_m.zip(group).map(|(r, group)| r - group.standoff_distance_m);
             uav.error.push(index, time, error);
             let widest = line_of_sight::widest(row, &members);
@@ -86,8 +153,48 @@ impl Run {
             uav.turn_rate.push(index, time, row.turn_rate_rad_s.to_degrees());
             uav.turn_rate_command.push(index, time, row.turn_rate_command_rad_s.to_degrees());
         }
-        for (between, angle) in phase::separations(frame) {
-            self.separations.entry(between).or_default().push(index, time, angle.to_degrees());
+        for (group, between, angle) in phase::separations(frame) {
+            if let Some(group) = self.groups.get_mut(&group) {
+                group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
+            }
+        }
+        frame.events.iter().for_each(|event| self.happened(time, event));
+    }
+
+    /// Takes in the groups that are new, each in the colour that the fewest of those alive have, then of all.
+    fn found(&mut self, frame: &Frame) {
+        let alive = |id: &u32| frame.groups.iter().any(|row| row.group == *id);
+        for id in frame.groups.iter().map(|row| row.group) {
+            if self.groups.contains_key(&id) {
+                continue;
+            }
+            let shares = |colour| {
+                let others = self.groups.iter().filter(move |group| group.1.colour == colour);
+                (others.clone().filter(|group| alive(group.0)).count(), others.count())
+            };
+            let colour = (0..chart::GROUPS.len()).min_by_key(|&colour| shares(colour)).unwrap_or(0);
+            self.groups.insert(id, Group { colour, ..Group::default() });
+            self.founded += 1;
+        }
+        while self.groups.len() > MOST_GROUPS {
+            let dissolved = self.groups.iter().filter(|group| !alive(group.0));
+            let Some((&id, _)) = dissolved.min_by_key(|group| group.1.instants) else { return };
+            self.groups.remove(&id);
+        }
+    }
+
+    /// Marks an event where and when it happened.
+    fn happened(&mut self, time: f64, event: &EventRow) {
+        let Some(mark) = Mark::of(&event.kind) else { return };
+        self.events += 1;
+        let last = event.target.and_then(|target| self.tracks.get(&target)?.last);
+        if let Some((_, (x, y), _)) = last {
+            self.marks.entry(mark).or_default().push(self.events, x, y);
+        }
+        for id in [event.group, event.to_group].into_iter().flatten() {
+            if let Some(group) = self.groups.get_mut(&id) {
+                group.marks.entry(mark).or_default().push(self.events, self.events as f64, time);
+            }
         }
     }
 
@@ -96,18 +203,38 @@ impl Run {
         chart::range(self.times.into_iter().flatten(), 1.0, 0.0)
     }
 
+    /// A curve of each UAV.
+    pub(super) fn each(&self, of: fn(&Uav) -> &Curve) -> impl Iterator<Item = (u32, &Curve)> {
+        self.uavs.iter().map(move |(&id, uav)| (id, of(uav)))
+    }
+
+    /// Title of an upward axis that shows something of one group, which is named unless it is the only one.
+    pub(super) fn axis(&self, what: &str, group: u32, unit: &str) -> String {
+        if self.founded > 1 { format!("{what}, group {group} ({unit})") } else { format!("{what} ({unit})") }
+    }
+
     /// The UAV's colour, the same in every figure.
     pub(super) fn uav_colour(&self, id: u32) -> RGBColor {
         chart::UAVS[self.uavs.range(..id).count() % chart::UAVS.len()]
     }
 
-    /// The group's colour.
+    /// The group's colour, likewise.
     pub(super) fn group_colour(&self, id: u32) -> RGBColor {
-        chart::GROUPS[self.groups.range(..id).count() % chart::GROUPS.len()]
+        chart::GROUPS[self.groups.get(&id).map_or(0, |group| group.colour)]
+    }
+
+    fn colour(&self, group: Option<u32>) -> Option<usize> {
+        Some(self.groups.get(&group?)?.colour)
     }
 }
 
 /// A position if it can be drawn.
 pub(super) fn place(x_m: f64, y_m: f64) -> Option<Point> {
     usable(x_m).zip(usable(y_m))
+}
+
+/// Where a target really is.
+pub(super) fn true_place(frame: &Frame, target: u32) -> Option<Point> {
+    let row = frame.truth.binary_search_by_key(&target, |row| row.target).ok()?;
+    place(frame.truth[row].x_m, frame.truth[row].y_m)
 }

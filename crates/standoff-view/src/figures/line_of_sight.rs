@@ -1,21 +1,20 @@
 //! Figure `line_of_sight`: whether every member of the group lies within each UAV's field of view.
 
 use super::Setup;
-use super::chart::{Drawn, level, of_uavs, over_time};
+use super::chart::{Drawn, Panel, of_uavs, over_time};
 use super::curve::{Point, usable};
-use super::gather::{Run, place};
+use super::gather::{Run, place, true_place};
 use standoff::{Angle, math::atan2};
 use standoff_sim::record::{Frame, TrackRow, UavRow};
-use std::collections::BTreeMap;
 
 /// The members of each group and where they are: truly, or as estimated in a run without any truth.
+/// A target in dwell is to be kept in view by the passing group alone.
 pub(super) fn members(frame: &Frame) -> Vec<(u32, Point)> {
-    let truth: BTreeMap<u32, Point> = frame.truth.iter().map(|row| (row.target, (row.x_m, row.y_m))).collect();
     let member = |track: &TrackRow| {
-        let estimate = (track.state[0], track.state[3]);
+        let estimate = || place(track.state[0], track.state[3]);
         // A track without a true target is nothing to look at: the target has left.
-        let (x, y) = if truth.is_empty() { estimate } else { *truth.get(&track.target)? };
-        Some((track.group?, place(x, y)?))
+        let at = if frame.truth.is_empty() { estimate() } else { true_place(frame, track.target) };
+        track.group.zip(at)
     };
     frame.tracks.iter().filter_map(member).collect()
 }
@@ -29,9 +28,14 @@ pub(super) fn widest(row: &UavRow, members: &[(u32, Point)]) -> Option<f64> {
 }
 
 /// Draws the figure.
-pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<String> {
-    let mut lines = of_uavs(run, 1.25, true, |uav| &uav.off_boresight);
-    lines.push(level(run, (setup.field_of_view_rad / 2.0).to_degrees(), Some("edge of field of view")));
-    let panel = ("Largest angle off boresight (°)", Some(0.0), lines);
-    over_time(run, "Line of sight to the outermost member of the group", &setup.title, [panel])
+pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
+    let edge = (setup.field_of_view_rad / 2.0).to_degrees();
+    let panel = Panel {
+        axis: "Largest angle off boresight (°)".to_owned(),
+        shown: Some(0.0),
+        lines: of_uavs(run, 1.25, run.each(|uav| &uav.off_boresight)),
+        levels: vec![(edge, Some("edge of field of view".to_owned()))],
+        ..Panel::default()
+    };
+    over_time(run, "Line of sight to the outermost member of the group", &setup.title, vec![panel])
 }

@@ -1,21 +1,31 @@
 //! Figure `speed_and_turn_rate`: what each UAV was told to fly and what it flew, within its limits.
 
 use super::Setup;
-use super::chart::{Drawn, level, of_uavs, over_time};
-use super::gather::Run;
+use super::chart::{Drawn, Line, Panel, of_uavs, over_time};
+use super::curve::Curve;
+use super::gather::{Run, Uav};
 
 /// Draws the figure.
-pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<String> {
-    let mut speed = of_uavs(run, 1.75, true, |uav| &uav.speed);
-    let mut commanded = of_uavs(run, 0.5, false, |uav| &uav.speed_command);
-    commanded.iter_mut().take(1).for_each(|line| line.label = Some("commanded (thin)".to_owned()));
-    speed.extend(commanded);
-    speed.extend([level(run, setup.speed_min_m_s, Some("limits")), level(run, setup.speed_max_m_s, None)]);
-
+pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
+    let lines = |flown: fn(&Uav) -> &Curve, commanded: fn(&Uav) -> &Curve| {
+        let mut lines = of_uavs(run, 1.75, run.each(flown));
+        let thin = of_uavs(run, 0.5, run.each(commanded));
+        lines.extend(thin.into_iter().map(|line| Line { label: Some("commanded (thin)".to_owned()), ..line }));
+        lines
+    };
     let most = setup.turn_rate_max_rad_s.to_degrees();
-    let mut turn_rate = of_uavs(run, 1.75, false, |uav| &uav.turn_rate);
-    turn_rate.extend(of_uavs(run, 0.5, false, |uav| &uav.turn_rate_command));
-    turn_rate.extend([-most, most].map(|value| level(run, value, None)));
-    let panels = [("Speed (m/s)", None, speed), ("Turn rate (°/s)", None, turn_rate)];
-    over_time(run, "Speed and turn rate of each UAV", &setup.title, panels)
+    let limits = |values: [f64; 2]| values.map(|value| (value, Some("limits".to_owned()))).to_vec();
+    let speed = Panel {
+        axis: "Speed (m/s)".to_owned(),
+        lines: lines(|uav| &uav.speed, |uav| &uav.speed_command),
+        levels: limits([setup.speed_min_m_s, setup.speed_max_m_s]),
+        ..Panel::default()
+    };
+    let turn_rate = Panel {
+        axis: "Turn rate (°/s)".to_owned(),
+        lines: lines(|uav| &uav.turn_rate, |uav| &uav.turn_rate_command),
+        levels: limits([-most, most]),
+        ..Panel::default()
+    };
+    over_time(run, "Speed and turn rate of each UAV", &setup.title, vec![speed, turn_rate])
 }

@@ -1,27 +1,38 @@
 //! Figure `standoff_distance`: how far each UAV is from its group's centre, and from its orbit.
 
 use super::Setup;
-use super::chart::{Drawn, Line, MOST_NAMED, ink, level, of_uavs, over_time, range, share};
-use super::gather::Run;
+use super::chart::{Drawn, Line, Panel, ink, of_uavs, per_group, range};
+use super::curve::MOST_POINTS;
+use super::gather::{Group, Run};
 
 /// Draws the figure.
-pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<String> {
-    let points = share(4 * run.groups.len());
-    let mut lines = Vec::new();
-    for (rank, (&id, group)) in run.groups.iter().enumerate() {
-        let label = |text: &str| (2 * rank < MOST_NAMED).then(|| format!("{text}, group {id}"));
+pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
+    let panel = |id: u32, group: &Group| {
         let (thin, thick) = (ink(run.group_colour(id), 1.0), ink(run.group_colour(id), 2.5));
-        lines.push(Line { runs: group.unclamped.runs(points), ink: thin, dashed: true, label: label("unbounded") });
-        lines.push(Line { runs: group.standoff.runs(points), ink: thick, dashed: false, label: label("desired") });
-    }
-    lines.extend(of_uavs(run, 1.25, true, |uav| &uav.distance));
-    // A bound far from anything flown would only flatten the curves.
-    let flown = range(lines.iter().flat_map(|line| line.runs.iter().flatten()).map(|at| at.1), 1.0, 0.1);
-    for (value, label) in [(setup.radius_min_m, "smallest allowed"), (setup.radius_max_m, "largest allowed")] {
-        lines.extend(flown.contains(&value).then(|| level(run, value, Some(label))));
-    }
-    let mut errors = vec![level(run, 0.0, None)];
-    errors.extend(of_uavs(run, 1.25, false, |uav| &uav.error));
-    let panels = [("Distance to centre (m)", None, lines), ("Distance − desired (m)", None, errors)];
-    over_time(run, "Distance of each UAV to the centre of its group", &setup.title, panels)
+        let (unbounded, desired) = (group.unclamped.runs(MOST_POINTS), group.standoff.runs(MOST_POINTS));
+        let label = |text: &str| Some(format!("{text}, group {id}"));
+        let mut lines = vec![
+            Line { runs: unbounded, ink: thin, dashed: true, label: label("unbounded") },
+            Line { runs: desired, ink: thick, dashed: false, label: label("desired") },
+        ];
+        lines.extend(of_uavs(run, 1.25, group.distances.iter().map(|(&uav, curve)| (uav, curve))));
+        // A bound far from anything flown would only flatten the curves.
+        let flown = range(lines.iter().flat_map(|line| line.runs.iter().flatten()).map(|at| at.1), 1.0, 0.1);
+        let bounds = [(setup.radius_min_m, "smallest allowed"), (setup.radius_max_m, "largest allowed")];
+        let near = bounds.into_iter().filter(|(value, _)| flown.contains(value));
+        Panel {
+            axis: run.axis("Distance to centre", id, "m"),
+            lines,
+            levels: near.map(|(value, label)| (value, Some(label.to_owned()))).collect(),
+            marks: group.marks(),
+            ..Panel::default()
+        }
+    };
+    let errors = Panel {
+        axis: "Distance − desired (m)".to_owned(),
+        lines: of_uavs(run, 1.25, run.each(|uav| &uav.error)),
+        levels: vec![(0.0, None)],
+        ..Panel::default()
+    };
+    per_group(run, "Distance of each UAV to the centre of its group", &setup.title, panel, Some(errors))
 }

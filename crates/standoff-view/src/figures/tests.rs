@@ -1,13 +1,17 @@
 //! Tests of the figures as a whole, on made-up runs: which there are, that odd runs draw, that bytes repeat.
 
-use super::{Figure, FigureError, Setup, figures, line_of_sight, phase};
+use super::chart::{GROUPS, UAVS};
+use super::curve::MOST_POINTS;
+use super::gather::Run;
+use super::{Figure, FigureError, Setup, figures, line_of_sight, margin, phase};
 use standoff::Angle;
-use standoff::math::{PI, TAU, atan2, cos, exp, sin};
-use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff::math::{PI, TAU, atan2, cos, exp, hypot, sin};
+use standoff_sim::record::{EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
-const ALL: [&str; 5] = ["trajectories", "standoff_distance", "phase", "line_of_sight", "speed_and_turn_rate"];
+const ALL: [&str; 7] =
+    ["trajectories", "standoff_distance", "phase", "separation", "margin", "line_of_sight", "speed_and_turn_rate"];
 
 fn setup() -> Setup {
     Setup {
@@ -89,9 +93,107 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         turn_limit_m: None,
         feasible: true,
         altitude_m: 0.0,
-        separation_m: None,
+        separation_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
     });
     frame
+}
+
+/// A handoff and a discard after figure 9: four UAVs in two groups of seven targets that part from each other.
+/// Target 4 drives from group 1 to group 2, in dwell for a while; target 7 runs away from group 2.
+fn handoff(instants: i32) -> Vec<Frame> {
+    (0..instants).map(|i| parting(i, f64::from(i) / f64::from(instants))).collect()
+}
+
+fn parting(i: i32, share: f64) -> Frame {
+    let mut frame = Frame { time_us: i64::from(i) * 500_000, ..Frame::default() };
+    let home = |group: u32| (300.0 * share, if group == 1 { -500.0 } else { 500.0 } * (1.0 + share));
+    let away = (6.0 * (share - 0.85)).max(0.0);
+    for target in 1..=7 {
+        let (group, to_group, place) = match target {
+            4 if share < 0.4 => (Some(1), None, Place::Member),
+            4 if share < 0.6 => (Some(1), Some(2), Place::Dwell),
+            7 if away > 0.0 => (None, None, Place::Discarded),
+            1..=3 => (Some(1), None, Place::Member),
+            _ => (Some(2), None, Place::Member),
+        };
+        let (mut x_m, mut y_m) = home(if target < 4 { 1 } else { 2 });
+        let angle = f64::from(target) * 2.1 + 0.02 * f64::from(i);
+        (x_m, y_m) = (x_m + 80.0 * cos(angle), y_m + 80.0 * sin(angle) + if target == 7 { 600.0 * away } else { 0.0 });
+        if target == 4 {
+            y_m = -400.0 + 1000.0 * share;
+        }
+        frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
+        let noise = |rate: f64| 4.0 * sin(f64::from(i) * rate + f64::from(target));
+        let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
+        let status = TrackStatus::Held;
+        frame.tracks.push(TrackRow { target, status, place, group, to_group, state, covariance: [0.0; 21] });
+    }
+    let [one, two] = [1, 2].map(|group| {
+        let mut part = instant(2, 0, i);
+        let members = frame.tracks.iter().filter(|row| row.group == Some(group) || row.to_group == Some(group));
+        let members: Vec<_> = members.map(|row| (row.state[0], row.state[3])).collect();
+        let count = members.len() as f64;
+        let centre = members.iter().fold((0.0, 0.0), |sum, at| (sum.0 + at.0 / count, sum.1 + at.1 / count));
+        let centre = (centre.0 + 3.0 * sin(0.1 * f64::from(i)), centre.1);
+        let moved = (centre.0 - part.groups[0].x_m, centre.1 - part.groups[0].y_m);
+        let ripple = 10.0 + 5.0 * sin(0.07 * f64::from(i) + f64::from(group));
+        let (separation_m, margin_m) = (Some(450.0 + 10.0 * ripple), ripple);
+        let row = GroupRow { group, x_m: centre.0, y_m: centre.1, margin_m, separation_m, ..part.groups[0] };
+        frame.groups.push(row);
+        for uav in &mut part.uavs {
+            (uav.uav, uav.group) = (uav.uav + 2 * (group - 1), Some(group));
+            (uav.x_m, uav.y_m) = (uav.x_m + moved.0, uav.y_m + moved.1);
+        }
+        part.uavs
+    });
+    frame.uavs.extend(one.into_iter().chain(two));
+    let crosses = |from: f64| share >= from && share - 1.0 / 200.0 < from;
+    let kinds =
+        [("handoff-requested", 4, 0.4), ("handoff-completed", 4, 0.6), ("discarded", 7, 0.85), ("lost", 7, 0.98)];
+    for (kind, target, _) in kinds.into_iter().filter(|kind| crosses(kind.2)) {
+        let (group, to_group) = if target == 4 { (Some(1), Some(2)) } else { (Some(2), None) };
+        let (kind, target) = (kind.to_owned(), Some(target));
+        frame.events.push(EventRow { kind, target, group, to_group, uavs: Vec::new(), reason: String::new() });
+    }
+    frame
+}
+
+/// Eight UAVs in four groups over many targets of a town with streets 150 m apart, which change groups and leave them.
+fn town(targets: u32, instants: i32) -> Vec<Frame> {
+    let frame = |i: i32| {
+        let time = f64::from(i) * 0.5;
+        let mut frame = Frame { time_us: i64::from(i) * 500_000, ..Frame::default() };
+        let home = |group: u32| {
+            let angle = f64::from(group) * 1.7 + 0.0015 * time;
+            (900.0 * cos(angle), 700.0 * sin(2.0 * angle))
+        };
+        for target in 0..targets {
+            let start = |by: u32| 150.0 * (f64::from(target * by % 23) - 11.0);
+            // To and fro along a street.
+            let way = 1200.0 * sin(f64::from(target) + 0.008 * time);
+            let (x_m, y_m) = if target % 2 == 0 { (start(7), way) } else { (way, start(11)) };
+            frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
+            let apart = |group: &u32| (x_m - home(*group).0).abs() + (y_m - home(*group).1).abs();
+            let group = (0..4).find(|group| apart(group) < 600.0);
+            let place = if group.is_some() { Place::Member } else { Place::Discarded };
+            let (status, state) = (TrackStatus::Held, [x_m + 3.0 * sin(time), 0.0, 0.0, y_m, 0.0, 0.0]);
+            let to_group = None;
+            frame.tracks.push(TrackRow { target, status, place, group, to_group, state, covariance: [0.0; 21] });
+        }
+        for group in 0..4 {
+            let mut part = instant(2, 0, i);
+            let (x_m, y_m) = home(group);
+            let moved = (x_m - part.groups[0].x_m, y_m - part.groups[0].y_m);
+            frame.groups.push(GroupRow { group, x_m, y_m, ..part.groups[0] });
+            for uav in &mut part.uavs {
+                (uav.uav, uav.group) = (uav.uav + 2 * group, Some(group));
+                (uav.x_m, uav.y_m) = (uav.x_m + moved.0, uav.y_m + moved.1);
+            }
+            frame.uavs.extend(part.uavs);
+        }
+        frame
+    };
+    (0..instants).map(frame).collect()
 }
 
 fn drawn(frames: Vec<Frame>, setup: &Setup) -> Vec<Figure> {
@@ -117,14 +219,14 @@ fn the_phase_figure_needs_two_uavs_on_one_orbit() {
     assert!(!names(run(1, 4, 60)).contains(&"phase"));
     let mut apart = run(2, 4, 60);
     apart.iter_mut().for_each(|frame| frame.uavs[1].group = Some(2));
-    assert_eq!(names(apart).len(), 4);
+    assert!(!names(apart).contains(&"phase"));
 }
 
 #[test]
 fn angles_are_taken_the_short_way_across_west() {
     let mut frame = instant(2, 0, 60);
     (frame.uavs[0].phase_rad, frame.uavs[1].phase_rad) = (Some(3.0), Some(-3.0));
-    assert!((phase::separations(&frame)[0].1 - (TAU - 6.0)).abs() < 1e-9);
+    assert!((phase::separations(&frame)[0].2 - (TAU - 6.0)).abs() < 1e-9);
     let uav = UavRow { x_m: 10.0, y_m: 0.0, boresight_rad: Some(3.0), ..frame.uavs[0] };
     let off = line_of_sight::widest(&uav, &[(1, (0.0, 0.0)), (1, (0.0, -1.0)), (2, (20.0, 0.0))]).unwrap();
     assert!((off - (TAU - 6.0) / 2.0 - atan2(1.0, 10.0)).abs() < 1e-9);
@@ -135,7 +237,7 @@ fn the_gaps_of_three_uavs_make_a_turn() {
     let mut frame = instant(3, 0, 60);
     frame.uavs.iter_mut().for_each(|row| row.phase_rad = Some(f64::from(row.uav) * 3.0));
     let gaps = phase::separations(&frame);
-    assert!(gaps.len() == 3 && (gaps.iter().map(|gap| gap.1).sum::<f64>() - TAU).abs() < 1e-9);
+    assert!(gaps.len() == 3 && (gaps.iter().map(|gap| gap.2).sum::<f64>() - TAU).abs() < 1e-9);
     frame.uavs[2].phase_rad = None;
     assert!(phase::separations(&frame).is_empty());
 }
@@ -169,6 +271,8 @@ fn odd_values_draw() {
         for (i, frame) in frames.iter_mut().enumerate() {
             frame.groups[0].standoff_unclamped_m = value;
             frame.groups[0].y_m += value;
+            (frame.groups[0].margin_m, frame.groups[0].separation_m) = (value, Some(value));
+            frame.tracks[0].state[0] = value;
             (frame.uavs[0].x_m, frame.uavs[0].speed_m_s) = (value, value);
             frame.uavs[0].boresight_rad = Some(value);
             frame.uavs[1].phase_rad = (i % 3 > 0).then_some(value);
@@ -179,4 +283,120 @@ fn odd_values_draw() {
         let setup = Setup { title, field_of_view_rad: value, speed_max_m_s: value, radius_min_m: value, ..setup() };
         assert_sound(&drawn(frames, &setup));
     }
+}
+
+/// The run as it is gathered.
+fn gathered(frames: &[Frame]) -> Run {
+    let mut run = Run::default();
+    frames.iter().for_each(|frame| run.add(frame));
+    run
+}
+
+fn svg<'a>(figures: &'a [Figure], name: &str) -> &'a str {
+    &figures.iter().find(|figure| figure.name == name).unwrap().svg
+}
+
+#[test]
+fn a_handoff_and_a_discard_are_marked_on_the_map_and_over_time() {
+    let figures = drawn(handoff(200), &setup());
+    assert_sound(&figures);
+    let map = svg(&figures, "trajectories");
+    for label in
+        ["handoff completed", "target discarded", "target lost", "targets of group 2", "in dwell to that group"]
+    {
+        assert!(map.contains(label), "{label}");
+    }
+    for name in ["standoff_distance", "margin"] {
+        let svg = svg(&figures, name);
+        for label in ["handoff requested", "handoff completed", "target discarded"] {
+            assert_eq!(svg.matches(label).count(), 1, "{name}: {label}");
+        }
+        assert!(svg.contains(", group 1 (m)") && svg.contains(", group 2 (m)") && !svg.contains("lost"), "{name}");
+    }
+    let one_group = drawn(run(2, 4, 60), &setup());
+    assert!(!one_group.iter().any(|figure| figure.svg.contains("band") || figure.svg.contains(", group 1 (")));
+}
+
+#[test]
+fn a_path_changes_colour_with_the_group_and_stays_in_one_piece() {
+    let run = gathered(&handoff(200));
+    let pieces = |target: u32| &run.tracks[&target].pieces;
+    assert_eq!(pieces(1).keys().copied().collect::<Vec<_>>(), [Some(0)]);
+    let [first, second] = [0, 1].map(|colour| pieces(4)[&Some(colour)].runs(MOST_POINTS).concat());
+    assert_eq!((first.last(), first.len(), second.len()), (second.first(), 121, 80));
+    assert_eq!(run.dwells.keys().copied().collect::<Vec<_>>(), [(4, 1)]);
+    assert_eq!(run.dwells[&(4, 1)].runs(MOST_POINTS).concat().len(), 40);
+    assert_eq!(pieces(7).keys().copied().collect::<Vec<_>>(), [None, Some(1)]);
+    assert_eq!(run.uavs[&3].served.pieces.keys().copied().collect::<Vec<_>>(), [Some(1)]);
+}
+
+#[test]
+fn a_target_in_dwell_moves_both_centres_and_is_the_passing_group_s_to_see() {
+    let mut frame = handoff(200)[100].clone();
+    let seen = line_of_sight::members(&frame).into_iter().filter(|member| member.0 == 1).count();
+    assert_eq!((seen, line_of_sight::members(&frame).len()), (4, 7));
+    for (group, members) in [(0, [1, 2, 3, 4]), (1, [4, 5, 6, 7])] {
+        let mean = |of: fn(&TruthRow) -> f64| {
+            frame.truth.iter().filter(|row| members.contains(&row.target)).map(of).sum::<f64>() / 4.0
+        };
+        let off = hypot(mean(|row| row.x_m) - frame.groups[group].x_m, mean(|row| row.y_m) - frame.groups[group].y_m);
+        assert!((margin::centre_error(&frame, &frame.groups[group]).unwrap() - off).abs() < 1e-9 && off > 0.1);
+    }
+    frame.truth.clear();
+    assert_eq!(margin::centre_error(&frame, &frame.groups[0]), None);
+    assert!(names(vec![frame]).contains(&"margin"));
+}
+
+/// Groups that live one after the other for 2, 3, 4, ... instants, beside one that lasts.
+fn generations(count: u32) -> Vec<Frame> {
+    let (mut frames, mut i) = (Vec::new(), 0);
+    for group in 1..=count {
+        for _ in 0..=group {
+            let mut frame = instant(2, 4, i);
+            frame.groups = [0, group].map(|group| GroupRow { group, ..frame.groups[0] }).to_vec();
+            frame.uavs.iter_mut().for_each(|row| row.group = Some(group));
+            frames.push(frame);
+            i += 1;
+        }
+    }
+    frames
+}
+
+#[test]
+fn the_longest_lived_of_many_groups_have_panels_and_it_says_so() {
+    let figures = drawn(generations(9), &setup());
+    assert_sound(&figures);
+    let svg = svg(&figures, "margin");
+    assert!(svg.contains("&lt;group&gt; (the 4 longest-lived of 10 groups)"));
+    assert_eq!(
+        [0, 6, 7, 8, 9].map(|id| svg.contains(&format!("Margin and error, group {id} (m)"))),
+        [true, false, true, true, true]
+    );
+    assert!(!drawn(handoff(200), &setup()).iter().any(|figure| figure.svg.contains("longest-lived")));
+}
+
+#[test]
+fn groups_alive_together_differ_in_colour_and_few_of_the_dissolved_are_kept() {
+    let mut run = Run::default();
+    for frame in generations(80) {
+        run.add(&frame);
+        let [lasting, other] = [0, 1].map(|place| run.group_colour(frame.groups[place].group));
+        assert_ne!(lasting, other);
+    }
+    assert_eq!((run.founded, run.groups.len()), (81, 32));
+    assert!(run.groups.contains_key(&0) && run.groups.contains_key(&50) && !run.groups.contains_key(&49));
+    assert!(GROUPS.iter().all(|colour| !UAVS.contains(colour)));
+}
+
+#[test]
+fn a_large_town_stays_small() {
+    let figures = drawn(town(650, 1200), &setup());
+    assert_sound(&figures);
+    assert!(svg(&figures, "trajectories").contains("earlier paths of UAVs"));
+}
+
+#[test]
+fn nothing_is_drawn_of_nothing() {
+    assert!(names(vec![Frame::default()]).is_empty());
+    assert_eq!(names(run(0, 4, 9)), ["trajectories", "standoff_distance", "margin"]);
 }

@@ -1,35 +1,60 @@
 //! Figure `trajectories`: the map of the run, with UAVs, targets, groups and their orbits.
 
 use super::Setup;
-use super::chart::{Chart, Drawn, Line, MOST_NAMED, PX, ink, of_uavs, page, range, share};
-use super::curve::{Point, usable};
+use super::chart::{Area, Chart, Drawn, GROUPS, Line, MOST_NAMED, ink, of_uavs, page, range, share};
+use super::curve::{Curve, MOST_POINTS, Point, usable};
 use super::gather::Run;
+use super::symbol::{Mark, Symbol};
 use plotters::prelude::*;
-use standoff::math::{TAU, cos, sin};
+use standoff::math::{TAU, cos, hypot, sin};
 use std::collections::BTreeSet;
-use std::iter::{empty, once};
+use std::iter::once;
 
 /// More targets than this are drawn thin.
 const MANY: usize = 40;
+/// Most marks of one kind; of more, some are left out.
+const MOST_MARKS: usize = 200;
+/// How often the paths of all UAVs together may cross the map.
+const CROSSINGS: f64 = 50.0;
+/// What belongs to no group.
+const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
 /// Draws the figure.
-pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<String> {
+pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let field_of_view = usable(setup.field_of_view_rad).unwrap_or(0.0).clamp(0.0, TAU);
     let view = |(apex, boresight, reach)| once(apex).chain(arc(apex, reach, boresight, field_of_view)).collect();
     let views = run.uavs.iter().filter_map(|(&id, uav)| Some((run.uav_colour(id), view(uav.view?))));
     let views: Vec<(RGBColor, Vec<Point>)> = views.collect();
-    let uavs = of_uavs(run, 1.25, true, |uav| &uav.path);
-    let end = |line: &Line| Some((line.ink, *line.runs.last()?.last()?));
-    let ends: Vec<_> = uavs.iter().filter_map(end).collect();
-    let mut lines = ground(run);
+    let recent = recent(run);
+    let mut lines = ground(run, recent);
+    let mut uavs = of_uavs(run, 1.25, run.each(|uav| &uav.path));
+    for (line, uav) in uavs.iter_mut().zip(run.uavs.values()) {
+        line.runs = uav.path.runs_since(recent, share(2 * run.uavs.len()));
+    }
     lines.extend(uavs);
+    if lines.iter().all(|line| line.runs.is_empty()) {
+        return Ok(None);
+    }
+    let mut symbols: Vec<(Symbol, Vec<Point>, Option<String>)> = Vec::new();
+    let marks = run.marks.iter().filter(|mark| matches!(mark.0, Mark::Completed | Mark::Discarded | Mark::Lost));
+    let places = |curve: &Curve| curve.runs(MOST_MARKS).concat();
+    symbols.extend(marks.map(|(mark, curve)| (mark.symbol(), places(curve), Some(mark.label()))));
+    for (rank, (&id, uav)) in run.uavs.iter().enumerate() {
+        let (colour, path) = (run.uav_colour(id), places(&uav.path));
+        let [start, end] = [path.first(), path.last()].map(|at| at.copied().into_iter().collect());
+        let label = |text: &str| (rank == 0).then(|| text.to_owned());
+        symbols.push((Symbol::start(colour), start, label("start")));
+        symbols.push((Symbol::end(colour, id.to_string()), end, label("end, with field of view")));
+    }
 
     let shown = lines.iter().flat_map(|line| line.runs.iter().flatten()).chain(views.iter().flat_map(|view| &view.1));
     let (east, north): (Vec<f64>, Vec<f64>) = shown.copied().unzip();
     let (east, north) = (range(east, 10.0, 0.03), range(north, 10.0, 0.03));
     let (wide, high) = (east.end - east.start, north.end - north.start);
-    let height = 110.0 + 636.0 * (high / wide).clamp(0.5, 1.1);
-    page("Trajectories of UAVs and targets", &setup.title, height as u32, |area| {
+    let labels = lines.iter().map(|line| &line.label).chain(symbols.iter().map(|symbol| &symbol.2));
+    let named = labels.flatten().count();
+    let height = (110.0 + 636.0 * (high / wide).clamp(0.5, 1.1)).max(80.0 + 20.0 * named as f64);
+    let draw = |area: &Area| {
         let (across, up) = Chart::plot_size(area);
         // As many metres to the px northwards as eastwards.
         let scale = (wide / across).max(high / up);
@@ -39,44 +64,77 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<String> {
         let faint = |(colour, corners): &(RGBColor, Vec<Point>)| Polygon::new(corners.clone(), colour.mix(0.15));
         chart.plot.draw_series(views.iter().map(faint))?;
         lines.into_iter().try_for_each(|line| chart.line(line))?;
-        chart.plot.draw_series(ends.iter().map(|&(ink, end)| Circle::new(end, 4 * PX, ink)))?;
-        if let Some(&(ink, _)) = ends.first() {
-            let entry = chart.legend.draw_series(empty::<PathElement<_>>())?.label("end, with field of view");
-            entry.legend(move |(x, y)| Circle::new((x + 10 * PX as i32, y), 4 * PX, ink));
-        }
+        symbols.into_iter().try_for_each(|(symbol, places, label)| chart.symbols(symbol, &places, label))?;
         chart.finish()
-    })
+    };
+    page("Trajectories of UAVs and targets", &setup.title, "", height as u32, draw).map(Some)
+}
+
+/// The instant from which on the UAVs' paths are drawn in full: all of them would hide the map of a long run.
+fn recent(run: &Run) -> usize {
+    let paths: Vec<Vec<Point>> = run.uavs.values().map(|uav| uav.path.runs(MOST_POINTS).concat()).collect();
+    let (east, north): (Vec<f64>, Vec<f64>) = paths.iter().flatten().copied().unzip();
+    let [east, north] = [east, north].map(|values| range(values, 10.0, 0.0));
+    let length = |path: &Vec<Point>| {
+        path.windows(2).map(|ends| hypot(ends[1].0 - ends[0].0, ends[1].1 - ends[0].1)).sum::<f64>()
+    };
+    let across = (east.end - east.start).max(north.end - north.start);
+    let most = CROSSINGS * across / paths.iter().map(length).sum::<f64>();
+    (run.frames as f64 * (1.0 - most.min(1.0))) as usize
 }
 
 /// What lies below the UAVs' paths, from bottom to top; the first of a kind is in the legend.
-fn ground(run: &Run) -> Vec<Line> {
-    let targets: BTreeSet<u32> = run.truth.keys().copied().chain(run.tracks.keys().map(|key| key.0)).collect();
-    let (thick, thin) = if targets.len() > MANY { (0.5, 0.5) } else { (3.0, 1.25) };
-    let points = share(run.truth.len() + run.tracks.len() + run.groups.len());
+fn ground(run: &Run, recent: usize) -> Vec<Line> {
+    let many = run.truth.len().max(run.tracks.len()) > MANY;
+    let (thick, thin) = if many { (0.5, 0.5) } else { (3.0, 1.25) };
+    let pieces: usize = run.tracks.values().map(|path| path.pieces.len()).sum();
+    let points = share(run.truth.len() + pieces + run.dwells.len());
     let mut named = BTreeSet::new();
-    let mut line = |runs, ink, label: String| {
-        let label = (named.len() < MOST_NAMED && named.insert(label.clone())).then_some(label);
-        Line { runs, ink, dashed: false, label }
+    let mut line = |runs: Vec<Vec<Point>>, ink, dashed, label: &str| {
+        let new = !label.is_empty() && !runs.is_empty() && named.insert(label.to_owned());
+        Line { runs, ink, dashed, label: new.then(|| label.to_owned()) }
     };
-    let mut lines = Vec::new();
-    for curve in run.truth.values() {
-        lines.push(line(curve.runs(points), ink(RGBColor(200, 200, 200), thick), "true paths of targets".to_owned()));
+    let mut lines: Vec<Line> = Vec::new();
+    let name = |&id: &u32| {
+        let ink = ink(run.group_colour(id), 1.25);
+        Line { runs: Vec::new(), ink, dashed: false, label: Some(format!("targets of group {id}")) }
+    };
+    lines.extend(run.groups.keys().take(MOST_NAMED).map(name));
+    let of_uav = share(2 * run.uavs.len());
+    let pale = |colour: RGBColor, share, width| ShapeStyle { color: colour.mix(share), ..ink(colour, width) };
+    for (&id, uav) in run.uavs.iter().filter(|_| recent > 0) {
+        lines.push(line(uav.path.runs(of_uav), pale(run.uav_colour(id), 0.3, 0.75), false, "earlier paths of UAVs"));
     }
-    for ((_, group), curve) in &run.tracks {
-        let colour = group.map_or(RGBColor(130, 130, 130), |id| run.group_colour(id));
-        let label = group.map_or("targets in no group".to_owned(), |id| format!("targets of group {id}"));
-        lines.push(line(curve.runs(points), ink(colour, thin), label));
+    for (group, curve) in run.uavs.values().filter(|_| run.founded > 1).flat_map(|uav| &uav.served.pieces) {
+        let colour = group.map_or(NO_GROUP, |colour| GROUPS[colour]);
+        lines.push(line(curve.runs_since(recent, of_uav), pale(colour, 0.4, 6.0), false, "band: group it serves"));
+    }
+    // Of many targets, a true path cannot be told from the estimated one.
+    for (_, curve) in run.truth.iter().filter(|path| !many || !run.tracks.contains_key(path.0)) {
+        lines.push(line(curve.runs(points), ink(RGBColor(200, 200, 200), thick), false, "true paths of targets"));
+    }
+    for curve in run.tracks.values().filter_map(|path| path.pieces.get(&None)) {
+        lines.push(line(curve.runs(points), ink(NO_GROUP, thin), false, "targets in no group"));
+    }
+    for (group, curve) in run.tracks.values().flat_map(|path| &path.pieces) {
+        lines.extend(group.map(|colour| line(curve.runs(points), ink(GROUPS[colour], thin), false, "")));
+    }
+    for (&(_, colour), curve) in &run.dwells {
+        lines.push(line(curve.runs(points), ink(GROUPS[colour], thin + 0.75), true, "in dwell to that group"));
     }
     for (&id, group) in &run.groups {
-        let centre = group.centre.runs(points);
-        let (centres, radii) = (centre.concat(), group.standoff.runs(points).concat());
-        let ends = [centres.first().zip(radii.first()), centres.last().zip(radii.last())];
-        let circle = |(&at, radius): (_, &Point)| arc(at, radius.1, 0.0, TAU).collect();
-        let orbits = ends.into_iter().flatten().map(circle).collect();
-        lines.push(line(orbits, ink(run.group_colour(id), 0.75), "first and last orbit".to_owned()));
-        lines.push(line(centre, ink(BLACK, 1.0), "centre of a group".to_owned()));
+        let colour = run.group_colour(id);
+        let [centre, radius] = [&group.centre, &group.standoff].map(|curve| curve.runs(share(4 * run.groups.len())));
+        let last = |runs: &[Vec<Point>]| runs.last().and_then(|run| run.last()).copied();
+        let orbit = last(&centre).zip(last(&radius)).map(|(at, radius)| arc(at, radius.1, 0.0, TAU).collect());
+        lines.push(line(orbit.into_iter().collect(), ink(colour, 1.25), true, "last orbit of a group"));
+        lines.push(line(centre, ink(darker(colour), 1.0), false, "centre of a group"));
     }
     lines
+}
+
+fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+    RGBColor(red / 2, green / 2, blue / 2)
 }
 
 /// Points about a centre, from either side of the middle direction.

@@ -121,10 +121,10 @@ pub enum DissolutionReason {
     Empty,
     /// There are fewer UAVs, or targets, than so many groups need.
     TooMany,
-    /// Its UAVs can watch more targets elsewhere.
+    /// Its UAVs can watch far more targets elsewhere, or a little to the side.
     Outnumbered {
-        /// How many wait there.
-        waiting: u32,
+        /// How many can be watched together there.
+        together: u32,
     },
 }
 
@@ -214,8 +214,8 @@ impl fmt::Display for EventKind {
             Self::GroupDissolved(DissolutionReason::TooMany) => {
                 f.write_str("the smallest, and fewer groups can be served now")
             }
-            Self::GroupDissolved(DissolutionReason::Outnumbered { waiting }) => {
-                write!(f, "the smallest, and {waiting} targets elsewhere are in no group")
+            Self::GroupDissolved(DissolutionReason::Outnumbered { together }) => {
+                write!(f, "its UAVs can watch more: {together} targets, its own and unassigned ones, fit on one orbit")
             }
             Self::Joined => f.write_str("an orbit with it keeps the whole group in view"),
             Self::HandoffRequested { dwell_s } => write!(

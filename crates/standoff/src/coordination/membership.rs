@@ -141,7 +141,7 @@ impl Settling<'_> {
             self.found_first(wanted);
         } else {
             while self.group_ids() > wanted.max(1) {
-                self.dissolve_smallest(DissolutionReason::TooMany);
+                self.dissolve_smallest();
             }
             self.take_in();
             self.review(wanted);
@@ -208,8 +208,14 @@ impl Settling<'_> {
     }
 
     /// Ends the group with the fewest members; of equals the youngest.
-    fn dissolve_smallest(&mut self, reason: DissolutionReason) {
-        let Some(id) = self.smallest() else { return };
+    fn dissolve_smallest(&mut self) {
+        let size = |id: &GroupId| self.buffers.roster.of(*id).count();
+        if let Some(id) = self.buffers.groups.iter().rev().min_by_key(|id| size(id)).copied() {
+            self.dissolve(id, DissolutionReason::TooMany);
+        }
+    }
+
+    fn dissolve(&mut self, id: GroupId, reason: DissolutionReason) {
         self.events.push(Event::of_group(EventKind::GroupDissolved(reason), id));
         for index in 0..self.known.len() {
             match self.known[index].membership {
@@ -222,11 +228,6 @@ impl Settling<'_> {
             }
         }
         self.fill_roster();
-    }
-
-    fn smallest(&self) -> Option<GroupId> {
-        let size = |id: &GroupId| self.buffers.roster.of(*id).count();
-        self.buffers.groups.iter().rev().min_by_key(|id| size(id)).copied()
     }
 
     /// Every target outside joins the nearest group whose orbit has room to spare.
@@ -279,37 +280,49 @@ impl Settling<'_> {
         Need::of(self.known, members, &self.params.group).filter(|need| need.leaves_room(&self.params.group))
     }
 
-    /// From time to time: where far more targets wait elsewhere, the smallest group ends for them.
+    /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
+    /// forming a group of its own targets and those outside.
     fn review(&mut self, wanted: usize) {
-        if self.now < *self.next_review || self.group_ids() < wanted {
+        if self.now < *self.next_review || self.group_ids() < wanted || !self.known.iter().any(Known::is_outside) {
             return;
         }
         *self.next_review = self.now + REVIEW_PERIOD;
-        let Some(smallest) = self.smallest() else { return };
-        let members = self.buffers.roster.of(smallest).count();
-        let waiting = self.gather_outsiders();
-        if waiting >= 2 * members && waiting >= members + 2 {
-            self.dissolve_smallest(DissolutionReason::Outnumbered { waiting: waiting as u32 });
+        let mut most: Option<(usize, usize, GroupId)> = None;
+        for place in 0..self.group_ids() {
+            let id = self.buffers.groups[place];
+            let members = self.buffers.roster.of(id).count();
+            let together = self.gather(Some(id));
+            let gain = together.saturating_sub(members);
+            if gain >= 2 && 2 * gain >= members && most.is_none_or(|(best, ..)| gain > best) {
+                most = Some((gain, together, id));
+            }
+        }
+        if let Some((_, together, id)) = most {
+            self.dissolve(id, DissolutionReason::Outnumbered { together: together as u32 });
         }
     }
 
-    /// Gathers in `buffers.places` the largest number of targets outside that one orbit about one of them could hold;
-    /// gives their number.
-    fn gather_outsiders(&mut self) -> usize {
+    /// Gathers in `buffers.places` the largest number of targets, outside or of that group, that one orbit about one of
+    /// them could hold; gives their number.
+    fn gather(&mut self, with: Option<GroupId>) -> usize {
         let reach_m = self.params.group.reach_m();
-        let outside = || self.known.iter().enumerate().filter(|(_, known)| known.is_outside());
-        let near = |about: Position| outside().filter(move |(_, known)| known.position().distance_m(about) <= reach_m);
+        let counts =
+            |known: &Known| known.is_outside() || with.is_some_and(|id| known.membership == Membership::Member(id));
+        let buffers = &mut *self.buffers;
+        buffers.places.clear();
+        buffers.places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
+        buffers.positions.clear();
+        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
         let mut best: Option<(usize, Position)> = None;
-        for (_, known) in outside() {
-            let count = near(known.position()).count();
-            if best.is_none_or(|(most, _)| count > most) {
-                best = Some((count, known.position()));
+        for about in &buffers.positions {
+            let near = buffers.positions.iter().filter(|position| position.distance_m(*about) <= reach_m).count();
+            if best.is_none_or(|(most, _)| near > most) {
+                best = Some((near, *about));
             }
         }
-        self.buffers.places.clear();
-        if let Some((_, about)) = best {
-            self.buffers.places.extend(near(about).map(|(index, _)| index));
-        }
+        buffers
+            .places
+            .retain(|index| best.is_some_and(|(_, about)| self.known[*index].position().distance_m(about) <= reach_m));
         let group = &self.params.group;
         while let Some(need) = Need::of(self.known, self.buffers.places.iter().copied(), group) {
             if need.leaves_room(group) || self.buffers.places.len() == 1 {
@@ -322,7 +335,7 @@ impl Settling<'_> {
 
     /// Founds one more group: of targets outside, or else by splitting the most scattered one. `false`: of nothing.
     fn found_another(&mut self) -> bool {
-        if self.gather_outsiders() > 0 {
+        if self.gather(None) > 0 {
             let id = new_id(self.next_group);
             for index in &self.buffers.places {
                 self.known[*index].membership = Membership::Member(id);

@@ -149,7 +149,10 @@ impl<'a> Search<'a> {
             let score = || match uav {
                 Some(uav) if block.is_empty() => problem.score(site, &[uav]),
                 None if block.is_empty() => 0,
-                _ => choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav),
+                _ => {
+                    let told = choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav);
+                    told + choice.inertia(block) + uav.map_or(0, |uav| choice.inertia(&[uav]))
+                }
             };
             *known[uav.unwrap_or(problem.uavs)].get_or_insert_with(score)
         };

@@ -29,8 +29,12 @@ impl Draw {
     }
 }
 
+fn hand(id: u32, position: Position) -> Hand {
+    Hand { uav: UavId(id), position, serves: None }
+}
+
 struct World {
-    uavs: Vec<(UavId, Position)>,
+    uavs: Vec<Hand>,
     groups: Vec<Vec<Position>>,
 }
 
@@ -40,7 +44,7 @@ impl World {
         let half_width_m = [1000.0, 4000.0, 15_000.0][kind / 2 % 3];
         let start = draw.about(Position::ORIGIN, half_width_m);
         let (centre, apart_m) = if kind.is_multiple_of(2) { (Position::ORIGIN, half_width_m) } else { (start, 100.0) };
-        let uavs = (0..uavs as u32).map(|id| (UavId(id), draw.about(centre, apart_m))).collect();
+        let uavs = (0..uavs as u32).map(|id| hand(id, draw.about(centre, apart_m))).collect();
         let group = |_| {
             let centre = draw.about(Position::ORIGIN, half_width_m);
             (0..1 + draw.below(10)).map(|_| draw.about(centre, 150.0)).collect()
@@ -51,7 +55,7 @@ impl World {
     /// On a grid so coarse that UAVs and whole groups coincide and mirror each other.
     fn tied(uavs: usize, groups: usize, draw: &mut Draw) -> Self {
         let at = |draw: &mut Draw| Position::from_m(100.0 * draw.below(3) as f64, 0.0);
-        let uavs = (0..uavs as u32).map(|id| (UavId(id), at(draw))).collect();
+        let uavs = (0..uavs as u32).map(|id| hand(id, at(draw))).collect();
         let group = |_| (0..1 + draw.below(2)).map(|_| at(draw)).collect();
         Self { uavs, groups: (0..groups).map(group).collect() }
     }
@@ -67,7 +71,7 @@ impl World {
 
     fn groups_assigned(&self, objective: Objective) -> Vec<usize> {
         let duties = assign(&self.uavs, &self.sites(), &sensor(), objective);
-        assert!(duties.iter().map(|duty| duty.uav).eq(self.uavs.iter().map(|(uav, _)| *uav)));
+        assert!(duties.iter().map(|duty| duty.uav).eq(self.uavs.iter().map(|hand| hand.uav)));
         duties.iter().map(|duty| duty.group.0 as usize).collect()
     }
 
@@ -93,7 +97,7 @@ impl World {
     fn score(&self, groups: &[usize], objective: Objective) -> i64 {
         let told = |group: usize, target: Position| {
             let uavs = self.uavs.iter().zip(groups).filter(|(_, of)| **of == group);
-            uavs.map(|((_, uav), _)| sensor().information(*uav, target)).sum::<Matrix2<f64>>()
+            uavs.map(|(hand, _)| sensor().information(hand.position, target)).sum::<Matrix2<f64>>()
         };
         let served = |group: &usize| groups.contains(group);
         let of = |group: usize| self.groups[group].iter().map(move |target| told(group, *target));
@@ -128,7 +132,7 @@ fn the_exact_assignment_is_the_best_of_all_and_the_first_of_the_tied() {
 #[test]
 fn the_printed_objective_sends_each_uav_the_longer_way() {
     let world = World {
-        uavs: vec![(UavId(0), Position::ORIGIN), (UavId(1), Position::from_m(500.0, -600.0))],
+        uavs: vec![hand(0, Position::ORIGIN), hand(1, Position::from_m(500.0, -600.0))],
         groups: vec![vec![Position::from_m(500.0, 0.0)], vec![Position::from_m(1000.0, -600.0)]],
     };
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
@@ -139,7 +143,7 @@ fn the_printed_objective_sends_each_uav_the_longer_way() {
 fn of_tied_assignments_the_first_group_takes_the_lower_uavs() {
     let at = |x_m| Position::from_m(x_m, 0.0);
     let world = |uavs, groups| World {
-        uavs: (0..uavs).map(|id| (UavId(id), at(0.0))).collect(),
+        uavs: (0..uavs).map(|id| hand(id, at(0.0))).collect(),
         groups: vec![vec![at(300.0)]; groups],
     };
     assert_eq!(world(3, 2).groups_assigned(Objective::LogDet), [0, 0, 1]);
@@ -152,7 +156,7 @@ fn of_tied_assignments_the_first_group_takes_the_lower_uavs() {
 fn too_few_uavs_serve_the_most_targets_first() {
     let group = |x_m: f64, n: usize| vec![Position::from_m(x_m, 0.0); n];
     let world = World {
-        uavs: vec![(UavId(3), Position::ORIGIN), (UavId(7), Position::from_m(0.0, 400.0))],
+        uavs: vec![hand(3, Position::ORIGIN), hand(7, Position::from_m(0.0, 400.0))],
         groups: vec![group(900.0, 2), group(5000.0, 3), group(600.0, 2)],
     };
     let mut groups = world.groups_assigned(Objective::LogDet);
@@ -165,8 +169,8 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
     let mut draw = Draw(2);
     for (n, g) in [(2, 2), (6, 3), (3, 9), (9, 4), (12, 6), (13, 6), (14, 30), (30, 15), (31, 3), (40, 1), (20, 20)] {
         let mut world = World::new(n, n, g, &mut draw);
-        world.uavs[0].1 = world.groups[0][0];
-        world.uavs[1].1 = Position::from_m(f64::NAN, 0.0);
+        world.uavs[0].position = world.groups[0][0];
+        world.uavs[1].position = Position::from_m(f64::NAN, 0.0);
         world.groups[0].push(Position::from_m(f64::INFINITY, f64::NEG_INFINITY));
         world.groups[0].push(Position::from_m(-1e308, 1e308));
         if g > 1 {
@@ -182,7 +186,7 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
         }
     }
     assert_eq!(assign(&[], &World::new(0, 1, 1, &mut draw).sites(), &sensor(), Objective::LogDet), []);
-    assert_eq!(assign(&[(UavId(0), Position::ORIGIN)], &[], &sensor(), Objective::Printed), []);
+    assert_eq!(assign(&[hand(0, Position::ORIGIN)], &[], &sensor(), Objective::Printed), []);
 }
 
 #[test]
@@ -249,4 +253,19 @@ fn the_loss_is_the_documented_one() {
     let searched = loss(20, search);
     assert_eq!((searched.worlds, searched.lossy), (5880, 4), "{searched:?}");
     assert!(searched.mean < 1.6e-6 && searched.worst < 0.0053, "{searched:?}");
+}
+
+/// Beyond Eq. (32): in flight, a UAV changes groups only for a gain worth the move.
+#[test]
+fn nobody_moves_for_a_little_more() {
+    let at = |x_m| vec![Position::from_m(x_m, 0.0)];
+    let mut world =
+        World { uavs: vec![hand(0, at(-10.0)[0]), hand(1, at(10.0)[0])], groups: vec![at(-500.0), at(500.0)] };
+    assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
+    // Crossed, each is a little further from its own than from the other's: not worth two moves.
+    (world.uavs[0].serves, world.uavs[1].serves) = (Some(GroupId(1)), Some(GroupId(0)));
+    assert_eq!(world.groups_assigned(Objective::LogDet), [1, 0]);
+    // Twice as far is.
+    (world.uavs[0].position, world.uavs[1].position) = (at(-200.0)[0], at(200.0)[0]);
+    assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
 }
