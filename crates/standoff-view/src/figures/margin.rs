@@ -1,8 +1,8 @@
 //! Figure `margin`: what a group adds to its spread, and how wrong the centre is that it allows for.
 
 use super::Setup;
-use super::chart::{Drawn, Line, Panel, REFERENCE, ink, per_group};
-use super::curve::{MOST_POINTS, Point};
+use super::chart::{Drawn, Line, MOST_NAMED, Panel, ink, over_time, share};
+use super::curve::{Curve, Point};
 use super::gather::{Group, Run, place, true_place};
 use standoff::math::hypot;
 use standoff_sim::record::{Frame, GroupRow};
@@ -19,21 +19,23 @@ pub(super) fn centre_error(frame: &Frame, group: &GroupRow) -> Option<f64> {
     (count > 0.0).then(|| hypot(sum.0 / count - x, sum.1 / count - y))
 }
 
-/// Draws the figure.
+/// Draws the figure: the margin above, the error below, each with a scale of its own, for the printed margin (16) is a
+/// squared, dimensionless distance taken for metres.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
-    let panel = |id: u32, group: &Group| {
-        let line = |runs, ink, label| Line { runs, ink, dashed: false, label: Some(label) };
-        let (thick, thin) = (ink(run.group_colour(id), 1.75), ink(REFERENCE, 1.0));
-        Panel {
-            axis: run.axis("Margin and error", id, "m"),
-            shown: Some(0.0),
-            lines: vec![
-                line(group.margin.runs(MOST_POINTS), thick, format!("margin, group {id}")),
-                line(group.centre_error.runs(MOST_POINTS), thin, "error of the centre".to_owned()),
-            ],
-            marks: group.marks(),
-            ..Panel::default()
-        }
+    let panel = |axis: &str, curve: fn(&Group) -> &Curve| {
+        let line = |(rank, (&id, group)): (usize, (&u32, &Group))| Line {
+            runs: curve(group).runs(share(run.groups.len())),
+            ink: ink(run.group_colour(id), 1.5),
+            dashed: false,
+            label: (rank < MOST_NAMED).then(|| format!("group {id}")),
+        };
+        let marks = run.groups.values().next().filter(|_| run.groups.len() == 1).map(Group::marks).unwrap_or_default();
+        let lines = run.groups.iter().enumerate().map(line).collect();
+        Panel { axis: axis.to_owned(), shown: Some(0.0), lines, marks, ..Panel::default() }
     };
-    per_group(run, "Margin of the standoff distance and error of the group's centre", &setup.title, panel, None)
+    let panels = vec![
+        panel("Margin added to the spread (m)", |group| &group.margin),
+        panel("Error of the estimated centre (m)", |group| &group.centre_error),
+    ];
+    over_time(run, "Margin of the standoff distance and error of the group's centre", &setup.title, panels)
 }

@@ -9,7 +9,10 @@ use super::gather::{Group, Run};
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |id: u32, group: &Group| {
         let (thin, thick) = (ink(run.group_colour(id), 1.0), ink(run.group_colour(id), 2.5));
-        let (unbounded, desired) = (group.unclamped.runs(MOST_POINTS), group.standoff.runs(MOST_POINTS));
+        let (mut unbounded, desired) = (group.unclamped.runs(MOST_POINTS), group.standoff.runs(MOST_POINTS));
+        // The printed margin (16) runs to kilometres where members change: what is flown would be a flat line.
+        let cut_m = 1.3 * setup.radius_max_m;
+        unbounded.iter_mut().flatten().for_each(|at| at.1 = at.1.min(cut_m));
         let label = |text: &str| Some(format!("{text}, group {id}"));
         let mut lines = vec![
             Line { runs: unbounded, ink: thin, dashed: true, label: label("unbounded") },
