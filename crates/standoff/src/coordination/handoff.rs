@@ -91,7 +91,6 @@ mod tests {
         assert_eq!(dwell(&[400.0], &orbit(400.0, 0.0), 1.0), 2.0);
         assert_eq!(dwell(&[], &orbit(400.0, 0.0), 1.0), 30.0);
         assert_eq!(dwell(&[0.0], &orbit(400.0, 5.0), 1.0), 2.0);
-        assert_eq!(dwell(&[f64::NAN], &orbit(400.0, 0.0), 1.0), 30.0);
         let closing_m_s = 40.0 * 7.0 / 25.0;
         assert_eq!(dwell(&[300.0], &orbit(400.0, closing_m_s * 0.75), 1.0), 30.0);
     }

@@ -6,14 +6,17 @@
 //! convergence, Lemma 3.1). A target outside all groups keeps its track; the nearest group takes it in when its orbit
 //! has room to spare, so that a target on the limit does not come and go. The paper leaves it lost.
 
+mod founding;
+mod handing_over;
+#[cfg(test)]
+mod tests;
+
 use crate::angle::Angle;
 use crate::coordination::Roster;
 use crate::coordination::clustering::{Clusters, group_count};
-use crate::coordination::event::{
-    CompletionReason, DissolutionReason, Event, EventKind, FoundingReason, WithdrawalReason,
-};
+use crate::coordination::event::{CompletionReason, DissolutionReason, Event, EventKind, WithdrawalReason};
 use crate::coordination::group::{Group, GroupId};
-use crate::coordination::handoff::{Handoff, dwell_s};
+use crate::coordination::handoff::Handoff;
 use crate::coordination::need::Need;
 use crate::estimation::group_centre::Centroid;
 use crate::estimation::track::Track;
@@ -109,9 +112,6 @@ pub(crate) struct Buffers {
     candidates: Vec<(f64, usize, GroupId)>,
 }
 
-/// So often it is asked whether UAVs could watch more targets elsewhere.
-const REVIEW_PERIOD: Duration = Duration::from_us(10_000_000);
-
 /// One instant's settling of who belongs where.
 pub(crate) struct Settling<'a> {
     pub(crate) now: Time,
@@ -173,63 +173,6 @@ impl Settling<'_> {
         self.buffers.groups.len()
     }
 
-    /// The nothing before is clustered into groups.
-    ///
-    /// Implements section IV.A.
-    fn found_first(&mut self, wanted: usize) {
-        let buffers = &mut *self.buffers;
-        buffers.places.clear();
-        buffers.places.extend((0..self.known.len()).filter(|index| !self.known[*index].track.is_lost()));
-        buffers.positions.clear();
-        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
-        buffers.clusters.found(&buffers.positions, wanted);
-        // Groups are numbered by their first target.
-        let mut ids: Vec<(usize, GroupId)> = Vec::new();
-        for (cluster, index) in buffers.clusters.of.iter().zip(&buffers.places) {
-            let id = match ids.iter().find(|(known, _)| known == cluster) {
-                Some((_, id)) => *id,
-                None => {
-                    let id = new_id(self.next_group);
-                    ids.push((*cluster, id));
-                    id
-                }
-            };
-            self.known[*index].membership = Membership::Member(id);
-        }
-        self.fill_roster();
-        for (_, id) in ids {
-            self.tell_of_founding(id, FoundingReason::First);
-        }
-    }
-
-    fn tell_of_founding(&mut self, id: GroupId, reason: FoundingReason) {
-        let members = self.buffers.roster.of(id).count() as u32;
-        self.events.push(Event::of_group(EventKind::GroupFounded { members, reason }, id));
-    }
-
-    /// Ends the group with the fewest members; of equals the youngest.
-    fn dissolve_smallest(&mut self) {
-        let size = |id: &GroupId| self.buffers.roster.of(*id).count();
-        if let Some(id) = self.buffers.groups.iter().rev().min_by_key(|id| size(id)).copied() {
-            self.dissolve(id, DissolutionReason::TooMany);
-        }
-    }
-
-    fn dissolve(&mut self, id: GroupId, reason: DissolutionReason) {
-        self.events.push(Event::of_group(EventKind::GroupDissolved(reason), id));
-        for index in 0..self.known.len() {
-            match self.known[index].membership {
-                Membership::Member(group) if group == id => self.known[index].membership = Membership::Unassigned,
-                Membership::Dwell(handoff) if handoff.to == id => self.withdraw(index, WithdrawalReason::GroupEnds),
-                Membership::Dwell(handoff) if handoff.from == Some(id) => {
-                    self.complete(index, CompletionReason::PassingCannotHold);
-                }
-                _ => {}
-            }
-        }
-        self.fill_roster();
-    }
-
     /// Every target outside joins the nearest group whose orbit has room to spare.
     ///
     /// Implements section IV.B.2, beyond the paper: discarded targets are taken back.
@@ -278,235 +221,6 @@ impl Settling<'_> {
     fn has_room(&self, id: GroupId, further: usize) -> Option<Need> {
         let members = self.buffers.roster.of(id).chain([further]);
         Need::of(self.known, members, &self.params.group).filter(|need| need.leaves_room(&self.params.group))
-    }
-
-    /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
-    /// forming a group of its own targets and those outside.
-    fn review(&mut self, wanted: usize) {
-        if self.now < *self.next_review || self.group_ids() < wanted || !self.known.iter().any(Known::is_outside) {
-            return;
-        }
-        *self.next_review = self.now + REVIEW_PERIOD;
-        let mut most: Option<(usize, usize, GroupId)> = None;
-        for place in 0..self.group_ids() {
-            let id = self.buffers.groups[place];
-            let members = self.buffers.roster.of(id).count();
-            let together = self.gather(Some(id));
-            let gain = together.saturating_sub(members);
-            if gain >= 2 && 2 * gain >= members && most.is_none_or(|(best, ..)| gain > best) {
-                most = Some((gain, together, id));
-            }
-        }
-        if let Some((_, together, id)) = most {
-            self.dissolve(id, DissolutionReason::Outnumbered { together: together as u32 });
-        }
-    }
-
-    /// Gathers in `buffers.places` the largest number of targets, outside or of that group, that one orbit about one of
-    /// them could hold; gives their number.
-    fn gather(&mut self, with: Option<GroupId>) -> usize {
-        let reach_m = self.params.group.reach_m();
-        let counts =
-            |known: &Known| known.is_outside() || with.is_some_and(|id| known.membership == Membership::Member(id));
-        let buffers = &mut *self.buffers;
-        buffers.places.clear();
-        buffers.places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
-        buffers.positions.clear();
-        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
-        let mut best: Option<(usize, Position)> = None;
-        for about in &buffers.positions {
-            let near = buffers.positions.iter().filter(|position| position.distance_m(*about) <= reach_m).count();
-            if best.is_none_or(|(most, _)| near > most) {
-                best = Some((near, *about));
-            }
-        }
-        buffers
-            .places
-            .retain(|index| best.is_some_and(|(_, about)| self.known[*index].position().distance_m(about) <= reach_m));
-        let group = &self.params.group;
-        while let Some(need) = Need::of(self.known, self.buffers.places.iter().copied(), group) {
-            if need.leaves_room(group) || self.buffers.places.len() == 1 {
-                break;
-            }
-            self.buffers.places.retain(|index| *index != need.furthest);
-        }
-        self.buffers.places.len()
-    }
-
-    /// Founds one more group: of targets outside, or else by splitting the most scattered one. `false`: of nothing.
-    fn found_another(&mut self) -> bool {
-        if self.gather(None) > 0 {
-            let id = new_id(self.next_group);
-            for index in &self.buffers.places {
-                self.known[*index].membership = Membership::Member(id);
-            }
-            self.fill_roster();
-            self.tell_of_founding(id, FoundingReason::Outsiders);
-            return true;
-        }
-        self.split()
-    }
-
-    /// Splits the group with the largest sum of squares in two; the part with more members stays itself.
-    fn split(&mut self) -> bool {
-        let mut widest: Option<(f64, GroupId)> = None;
-        for place in 0..self.group_ids() {
-            let id = self.buffers.groups[place];
-            let n = self.gather_members(id);
-            self.buffers.clusters.of.clear();
-            self.buffers.clusters.of.resize(n, 0);
-            let sum_m2 = self.buffers.clusters.cost_m2(&self.buffers.positions) * n as f64;
-            if n > 1 && widest.is_none_or(|(most_m2, _)| sum_m2 > most_m2) {
-                widest = Some((sum_m2, id));
-            }
-        }
-        let Some((_, id)) = widest else { return false };
-        let n = self.gather_members(id);
-        let buffers = &mut *self.buffers;
-        buffers.clusters.found(&buffers.positions, 2);
-        let of_second = buffers.clusters.of.iter().filter(|cluster| **cluster == 1).count();
-        let leaves = usize::from(2 * of_second <= n);
-        let new = new_id(self.next_group);
-        for (index, cluster) in buffers.places.iter().zip(&buffers.clusters.of) {
-            if *cluster == leaves {
-                self.known[*index].membership = Membership::Member(new);
-            }
-        }
-        self.fill_roster();
-        self.tell_of_founding(new, FoundingReason::Split);
-        true
-    }
-
-    /// Gathers places and positions of a group's members that are in no dwell; gives their number.
-    fn gather_members(&mut self, id: GroupId) -> usize {
-        let buffers = &mut *self.buffers;
-        buffers.places.clear();
-        let is_member = |index: &usize| self.known[*index].membership == Membership::Member(id);
-        buffers.places.extend(buffers.roster.of(id).filter(is_member));
-        buffers.positions.clear();
-        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
-        buffers.places.len()
-    }
-
-    /// Clusters anew from the last clustering, requests handoffs, and ends those whose dwell is over.
-    ///
-    /// Implements section IV.B.1.
-    fn hand_over(&mut self) {
-        self.keep_every_group_a_home();
-        let buffers = &mut *self.buffers;
-        buffers.places.clear();
-        buffers.positions.clear();
-        buffers.clusters.of.clear();
-        for (index, known) in self.known.iter().enumerate() {
-            let Some(cluster) = known.home().and_then(|home| buffers.groups.binary_search(&home).ok()) else {
-                continue;
-            };
-            buffers.places.push(index);
-            buffers.positions.push(known.position());
-            buffers.clusters.of.push(cluster);
-        }
-        buffers.clusters.refine(&buffers.positions, buffers.groups.len(), self.params.group.handoff_margin_m);
-        for place in 0..self.buffers.places.len() {
-            let index = self.buffers.places[place];
-            let wanted = self.buffers.groups[self.buffers.clusters.of[place]];
-            match self.known[index].membership {
-                Membership::Member(group) if group != wanted => self.request(index, group, wanted),
-                Membership::Dwell(handoff) => self.end_dwell(index, handoff, wanted),
-                _ => {}
-            }
-        }
-        self.fill_roster();
-    }
-
-    /// A group all of whose members are on their way to others keeps the first of them.
-    fn keep_every_group_a_home(&mut self) {
-        for place in 0..self.group_ids() {
-            let id = self.buffers.groups[place];
-            let has_home = self.buffers.roster.of(id).any(|index| self.known[index].home() == Some(id));
-            let first = self.buffers.roster.of(id).next();
-            if let Some(first) = first.filter(|_| !has_home) {
-                self.withdraw(first, WithdrawalReason::GroupEnds);
-            }
-        }
-        self.fill_roster();
-    }
-
-    /// Requests a handoff, if the receiving group has room.
-    ///
-    /// Implements section IV.B.1 with the dwell (34).
-    fn request(&mut self, index: usize, from: GroupId, to: GroupId) {
-        let Some(need) = self.has_room(to, index) else { return };
-        let (group, guidance) = (&self.params.group, &self.params.guidance);
-        let uavs = self.on_duty.iter().filter(|duty| duty.group == Some(to)).map(|duty| duty.state.position);
-        let (orbit, speed_m_s) = (need.orbit(group), self.params.uav.speed_m_s);
-        let dwell_s = dwell_s(uavs, &orbit, guidance.radial_gain, speed_m_s, (group.dwell_min_s, group.dwell_max_s));
-        let handoff = Handoff { from: Some(from), to, requested_at: self.now, dwell: Duration::from_s(dwell_s) };
-        self.known[index].membership = Membership::Dwell(handoff);
-        self.tell_of_handoff(index, EventKind::HandoffRequested { dwell_s }, handoff);
-        if group.dwell_max_s <= 0.0 {
-            self.complete(index, CompletionReason::Undelayed);
-        }
-        self.fill_roster();
-    }
-
-    /// Completes or withdraws a handoff whose dwell is over, but not before all receiving UAVs have the target in view,
-    /// unless that takes longer than the longest dwell: then one is enough.
-    fn end_dwell(&mut self, index: usize, handoff: Handoff, wanted: GroupId) {
-        let elapsed = self.now - handoff.requested_at;
-        if elapsed < handoff.dwell {
-            return;
-        }
-        let is_last = elapsed.s() >= self.params.group.dwell_max_s;
-        if handoff.from.is_some() && wanted != handoff.to {
-            self.withdraw(index, WithdrawalReason::WantedElsewhere);
-        } else if self.is_seen_by_all(index, handoff.to) || (is_last && self.views(index, handoff.to).any(|seen| seen))
-        {
-            self.complete(index, CompletionReason::Received);
-        } else if is_last {
-            self.withdraw(index, WithdrawalReason::NotSeen);
-        }
-    }
-
-    /// Whether each UAV of a group has the target in view, by its estimate and with one standard deviation to spare.
-    fn views(&self, index: usize, group: GroupId) -> impl Iterator<Item = bool> {
-        let sensor = &self.params.track.sensor;
-        let estimate = self.known[index].track.estimate();
-        let (at, clearance_m) = (estimate.state.position(), estimate.position_sd_max_m());
-        self.on_duty.iter().filter(move |duty| duty.group == Some(group)).map(move |duty| {
-            let from = duty.state.position;
-            duty.boresight.is_some_and(|boresight| sensor.well_in_view(from, boresight, at, clearance_m))
-        })
-    }
-
-    fn is_seen_by_all(&self, index: usize, group: GroupId) -> bool {
-        self.views(index, group).all(|seen| seen)
-    }
-
-    fn complete(&mut self, index: usize, reason: CompletionReason) {
-        let Membership::Dwell(handoff) = self.known[index].membership else { return };
-        self.known[index].membership = Membership::Member(handoff.to);
-        self.tell_of_handoff(index, EventKind::HandoffCompleted(reason), handoff);
-    }
-
-    fn withdraw(&mut self, index: usize, reason: WithdrawalReason) {
-        let Membership::Dwell(handoff) = self.known[index].membership else { return };
-        self.known[index].membership = handoff.from.map_or(Membership::Discarded, Membership::Member);
-        self.tell_of_handoff(index, EventKind::HandoffWithdrawn(reason), handoff);
-    }
-
-    /// Of a target that comes from no group, it was told when it was taken in; here only if that fails.
-    fn tell_of_handoff(&mut self, index: usize, kind: EventKind, handoff: Handoff) {
-        let target = self.known[index].track.target;
-        match (handoff.from, kind) {
-            (Some(from), _) => {
-                let event = Event::of_target(kind, target, Some(from));
-                self.events.push(Event { to: Some(handoff.to), ..event });
-            }
-            (None, EventKind::HandoffWithdrawn(reason)) if reason != WithdrawalReason::TargetLost => {
-                self.events.push(Event::of_target(EventKind::LeftOut(reason), target, Some(handoff.to)));
-            }
-            _ => {}
-        }
     }
 
     /// Removes the furthest target of every group whose orbit runs away, and of every group until its orbit fits.
@@ -565,10 +279,4 @@ impl Settling<'_> {
             }
         }
     }
-}
-
-fn new_id(next: &mut u32) -> GroupId {
-    let id = GroupId(*next);
-    *next = next.saturating_add(1);
-    id
 }

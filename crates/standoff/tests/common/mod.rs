@@ -10,6 +10,9 @@
 
 use standoff::*;
 
+/// Where a target is at a time, and how it moves; `None`: it is not there.
+pub type Motion = fn(u32, Time) -> Option<(Position, Velocity)>;
+
 /// A team of UAVs and the targets below it.
 pub struct Team {
     /// The brains.
@@ -19,6 +22,10 @@ pub struct Team {
     look_at: Vec<Option<LookAt>>,
     commands: Vec<Command>,
     targets: u32,
+    cued: Vec<bool>,
+    motion: Motion,
+    /// UAVs that are silent.
+    pub silent: Vec<UavId>,
 }
 
 /// What one sensor said: boresight and detections.
@@ -47,42 +54,50 @@ impl Team {
             look_at: vec![None; uavs as usize],
             commands: vec![Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }; uavs as usize],
             targets,
+            cued: vec![false; targets as usize],
+            motion: |id, now| {
+                let start = Displacement::from_polar(40.0, Angle::from_rad(1.3 * f64::from(id)));
+                let velocity = Velocity::from_m_s(6.0 + 0.1 * f64::from(id), 2.0);
+                Some((Position::ORIGIN + start + velocity * now.s(), velocity))
+            },
+            silent: Vec::new(),
         }
     }
 
-    /// Where a target is at a time.
-    pub fn target(id: u32, now: Time) -> (Position, Velocity) {
-        let start = Displacement::from_polar(40.0, Angle::from_rad(1.3 * f64::from(id)));
-        let velocity = Velocity::from_m_s(6.0 + 0.1 * f64::from(id), 2.0);
-        (Position::ORIGIN + start + velocity * now.s(), velocity)
+    /// The same with targets that move otherwise.
+    pub fn with_motion(self, motion: Motion) -> Self {
+        Self { motion, ..self }
     }
 
-    /// The instant, every sensor's scan, and everything said: cues at the start, then all reports.
-    pub fn speak(&self, tick: i64) -> (Time, Vec<OwnedScan>, Vec<Message>) {
+    /// The instant, every sensor's scan, and everything said: cues of targets that appear, then all reports.
+    pub fn speak(&mut self, tick: i64) -> (Time, Vec<OwnedScan>, Vec<Message>) {
         let now = Time::from_us(tick * 500_000);
         let sensor = TeamParams::table_1().track.sensor;
         let mut inbox: Vec<Message> = Vec::new();
-        if tick == 0 {
-            for id in 0..self.targets {
-                let (position, velocity) = Self::target(id, now);
-                let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
-                let target = TargetId(id);
-                inbox.push(Message::Cue(Cue { target, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
-            }
+        for id in 0..self.targets {
+            let Some((position, velocity)) = (self.motion)(id, now).filter(|_| !self.cued[id as usize]) else {
+                continue;
+            };
+            let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
+            let target = TargetId(id);
+            inbox.push(Message::Cue(Cue { target, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
+            self.cued[id as usize] = true;
         }
         let mut scans = Vec::new();
         for (index, state) in self.states.iter().enumerate() {
             let boresight = self.look_at[index].map(|look| look.boresight(state.position, Duration::from_s(0.5)));
             let mut detections = Vec::new();
             for id in 0..self.targets {
-                let (position, _) = Self::target(id, now);
+                let Some((position, _)) = (self.motion)(id, now) else { continue };
                 if boresight.is_some_and(|boresight| sensor.in_view(state.position, boresight, position)) {
                     let measurement = sensor::measure(state.position, position);
                     detections.push(Detection { target: TargetId(id), measurement });
                 }
             }
             let scan = Scan { boresight, detections: &detections };
-            inbox.push(Message::Report(self.agents[index].report(now, state, scan)));
+            if !self.silent.contains(&self.agents[index].id()) {
+                inbox.push(Message::Report(self.agents[index].report(now, state, scan)));
+            }
             scans.push((boresight, detections));
         }
         (now, scans, inbox)

@@ -1,0 +1,186 @@
+//! How groups come into being and end.
+
+use crate::coordination::event::{
+    CompletionReason, DissolutionReason, Event, EventKind, FoundingReason, WithdrawalReason,
+};
+use crate::coordination::group::GroupId;
+use crate::coordination::membership::{Known, Membership, Settling};
+use crate::coordination::need::Need;
+use crate::frame::Position;
+use crate::time::Duration;
+
+/// So often it is asked whether UAVs could watch more targets elsewhere.
+const REVIEW_PERIOD: Duration = Duration::from_us(10_000_000);
+
+impl Settling<'_> {
+    /// The nothing before is clustered into groups.
+    ///
+    /// Implements section IV.A.
+    pub(super) fn found_first(&mut self, wanted: usize) {
+        let buffers = &mut *self.buffers;
+        buffers.places.clear();
+        buffers.places.extend((0..self.known.len()).filter(|index| !self.known[*index].track.is_lost()));
+        buffers.positions.clear();
+        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
+        buffers.clusters.found(&buffers.positions, wanted);
+        // Groups are numbered by their first target.
+        let mut ids: Vec<(usize, GroupId)> = Vec::new();
+        for (cluster, index) in buffers.clusters.of.iter().zip(&buffers.places) {
+            let id = match ids.iter().find(|(known, _)| known == cluster) {
+                Some((_, id)) => *id,
+                None => {
+                    let id = new_id(self.next_group);
+                    ids.push((*cluster, id));
+                    id
+                }
+            };
+            self.known[*index].membership = Membership::Member(id);
+        }
+        self.fill_roster();
+        for (_, id) in ids {
+            self.tell_of_founding(id, FoundingReason::First);
+        }
+    }
+
+    fn tell_of_founding(&mut self, id: GroupId, reason: FoundingReason) {
+        let members = self.buffers.roster.of(id).count() as u32;
+        self.events.push(Event::of_group(EventKind::GroupFounded { members, reason }, id));
+    }
+
+    /// Ends the group with the fewest members; of equals the youngest.
+    pub(super) fn dissolve_smallest(&mut self) {
+        let size = |id: &GroupId| self.buffers.roster.of(*id).count();
+        if let Some(id) = self.buffers.groups.iter().rev().min_by_key(|id| size(id)).copied() {
+            self.dissolve(id, DissolutionReason::TooMany);
+        }
+    }
+
+    fn dissolve(&mut self, id: GroupId, reason: DissolutionReason) {
+        self.events.push(Event::of_group(EventKind::GroupDissolved(reason), id));
+        for index in 0..self.known.len() {
+            match self.known[index].membership {
+                Membership::Member(group) if group == id => self.known[index].membership = Membership::Unassigned,
+                Membership::Dwell(handoff) if handoff.to == id => self.withdraw(index, WithdrawalReason::GroupEnds),
+                Membership::Dwell(handoff) if handoff.from == Some(id) => {
+                    self.complete(index, CompletionReason::PassingCannotHold);
+                }
+                _ => {}
+            }
+        }
+        self.fill_roster();
+    }
+
+    /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
+    /// forming a group of its own targets and those outside.
+    pub(super) fn review(&mut self, wanted: usize) {
+        if self.now < *self.next_review || self.group_ids() < wanted || !self.known.iter().any(Known::is_outside) {
+            return;
+        }
+        *self.next_review = self.now + REVIEW_PERIOD;
+        let mut most: Option<(usize, usize, GroupId)> = None;
+        for place in 0..self.group_ids() {
+            let id = self.buffers.groups[place];
+            let members = self.buffers.roster.of(id).count();
+            let together = self.gather(Some(id));
+            let gain = together.saturating_sub(members);
+            if gain >= 2 && 2 * gain >= members && most.is_none_or(|(best, ..)| gain > best) {
+                most = Some((gain, together, id));
+            }
+        }
+        if let Some((_, together, id)) = most {
+            self.dissolve(id, DissolutionReason::Outnumbered { together: together as u32 });
+        }
+    }
+
+    /// Gathers in `buffers.places` the largest number of targets, outside or of that group, that one orbit about one of
+    /// them could hold; gives their number.
+    fn gather(&mut self, with: Option<GroupId>) -> usize {
+        let reach_m = self.params.group.reach_m();
+        let counts =
+            |known: &Known| known.is_outside() || with.is_some_and(|id| known.membership == Membership::Member(id));
+        let buffers = &mut *self.buffers;
+        buffers.places.clear();
+        buffers.places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
+        buffers.positions.clear();
+        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
+        let mut best: Option<(usize, Position)> = None;
+        for about in &buffers.positions {
+            let near = buffers.positions.iter().filter(|position| position.distance_m(*about) <= reach_m).count();
+            if best.is_none_or(|(most, _)| near > most) {
+                best = Some((near, *about));
+            }
+        }
+        buffers
+            .places
+            .retain(|index| best.is_some_and(|(_, about)| self.known[*index].position().distance_m(about) <= reach_m));
+        let group = &self.params.group;
+        while let Some(need) = Need::of(self.known, self.buffers.places.iter().copied(), group) {
+            if need.leaves_room(group) || self.buffers.places.len() == 1 {
+                break;
+            }
+            self.buffers.places.retain(|index| *index != need.furthest);
+        }
+        self.buffers.places.len()
+    }
+
+    /// Founds one more group: of targets outside, or else by splitting the most scattered one. `false`: of nothing.
+    pub(super) fn found_another(&mut self) -> bool {
+        if self.gather(None) > 0 {
+            let id = new_id(self.next_group);
+            for index in &self.buffers.places {
+                self.known[*index].membership = Membership::Member(id);
+            }
+            self.fill_roster();
+            self.tell_of_founding(id, FoundingReason::Outsiders);
+            return true;
+        }
+        self.split()
+    }
+
+    /// Splits the group with the largest sum of squares in two; the part with more members stays itself.
+    fn split(&mut self) -> bool {
+        let mut widest: Option<(f64, GroupId)> = None;
+        for place in 0..self.group_ids() {
+            let id = self.buffers.groups[place];
+            let n = self.gather_members(id);
+            self.buffers.clusters.of.clear();
+            self.buffers.clusters.of.resize(n, 0);
+            let sum_m2 = self.buffers.clusters.cost_m2(&self.buffers.positions) * n as f64;
+            if n > 1 && widest.is_none_or(|(most_m2, _)| sum_m2 > most_m2) {
+                widest = Some((sum_m2, id));
+            }
+        }
+        let Some((_, id)) = widest else { return false };
+        let n = self.gather_members(id);
+        let buffers = &mut *self.buffers;
+        buffers.clusters.found(&buffers.positions, 2);
+        let of_second = buffers.clusters.of.iter().filter(|cluster| **cluster == 1).count();
+        let leaves = usize::from(2 * of_second <= n);
+        let new = new_id(self.next_group);
+        for (index, cluster) in buffers.places.iter().zip(&buffers.clusters.of) {
+            if *cluster == leaves {
+                self.known[*index].membership = Membership::Member(new);
+            }
+        }
+        self.fill_roster();
+        self.tell_of_founding(new, FoundingReason::Split);
+        true
+    }
+
+    /// Gathers places and positions of a group's members that are in no dwell; gives their number.
+    fn gather_members(&mut self, id: GroupId) -> usize {
+        let buffers = &mut *self.buffers;
+        buffers.places.clear();
+        let is_member = |index: &usize| self.known[*index].membership == Membership::Member(id);
+        buffers.places.extend(buffers.roster.of(id).filter(is_member));
+        buffers.positions.clear();
+        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
+        buffers.places.len()
+    }
+}
+
+fn new_id(next: &mut u32) -> GroupId {
+    let id = GroupId(*next);
+    *next = next.saturating_add(1);
+    id
+}

@@ -1,0 +1,334 @@
+use super::*;
+use crate::coordination::group::Margin;
+use crate::frame::Velocity;
+use crate::message::Cue;
+use crate::target::TargetId;
+
+/// Targets on known positions, groups without UAVs' motion: a world in which only memberships change.
+struct World {
+    known: Vec<Known>,
+    on_duty: Vec<OnDuty>,
+    params: TeamParams,
+    previous: Vec<Group>,
+    tick: i64,
+    next_group: u32,
+    next_review: Time,
+    buffers: Buffers,
+}
+
+impl World {
+    /// Targets at rest at these places east, and so many UAVs at the origin.
+    fn new(uavs: u32, x_m: &[f64]) -> Self {
+        let state = UavState {
+            position: Position::from_m(0.0, -400.0),
+            heading: Angle::ZERO,
+            speed_m_s: 40.0,
+            turn_rate_rad_s: 0.0,
+        };
+        let on_duty = |id| OnDuty { uav: UavId(id), group: None, state, boresight: Some(Angle::from_deg(90.0)) };
+        let mut params = TeamParams::table_1();
+        params.group.handoff_margin_m = 0.0;
+        // A field of view so wide that all is always seen; what is seen is tested by itself.
+        params.track.sensor.field_of_view_rad = crate::math::TAU;
+        params.track.sensor.sensing_range_m = 1e5;
+        params.group.margin = Margin::StandardDeviations(0.0);
+        Self {
+            known: (0..).zip(x_m).map(|(id, x_m)| Known::unassigned(track(id, *x_m))).collect(),
+            on_duty: (0..uavs).map(on_duty).collect(),
+            params,
+            previous: Vec::new(),
+            tick: 0,
+            next_group: 0,
+            next_review: Time::START,
+            buffers: Buffers::default(),
+        }
+    }
+
+    /// Settles half a second later; gives what happened.
+    fn settle(&mut self) -> Vec<Event> {
+        let mut events = Vec::new();
+        let tracks: Vec<Track> = self.known.iter().map(|known| known.track).collect();
+        Settling {
+            now: Time::from_us(self.tick * 500_000),
+            known: &mut self.known,
+            previous: &self.previous,
+            on_duty: &self.on_duty,
+            params: &self.params,
+            next_group: &mut self.next_group,
+            next_review: &mut self.next_review,
+            events: &mut events,
+            buffers: &mut self.buffers,
+        }
+        .settle();
+        self.tick += 1;
+        assert!(
+            self.known.iter().zip(tracks).all(|(known, track)| known.track == track),
+            "a membership is no estimate"
+        );
+        events
+    }
+
+    /// Settles; gives the kinds of events.
+    fn kinds(&mut self) -> Vec<&'static str> {
+        self.settle().iter().map(|event| event.kind.name()).collect()
+    }
+
+    fn place(&mut self, id: u32, x_m: f64) {
+        self.known[id as usize].track = track(id, x_m);
+    }
+
+    /// Members of each group by id, those in dwell to it included.
+    fn groups(&self) -> Vec<(u32, Vec<u32>)> {
+        let members = |id| {
+            let belongs = |known: &&Known| known.groups().any(|group| group == GroupId(id));
+            self.known.iter().filter(belongs).map(|known| known.track.target.0).collect::<Vec<_>>()
+        };
+        (0..self.next_group).map(|id| (id, members(id))).filter(|(_, members)| !members.is_empty()).collect()
+    }
+
+    /// Every UAV serves the group that its id, halved, counts to.
+    fn in_pairs(mut self) -> Self {
+        for duty in &mut self.on_duty {
+            duty.group = Some(GroupId(duty.uav.0 / 2));
+        }
+        self
+    }
+}
+
+fn track(id: u32, x_m: f64) -> Track {
+    let cue = Cue {
+        target: TargetId(id),
+        time: Time::START,
+        position: Position::from_m(x_m, 0.0),
+        velocity: Velocity::ZERO,
+        position_sd_m: 1.0,
+        velocity_sd_m_s: 1.0,
+    };
+    Track::from_cue(&cue, &TeamParams::table_1().track, Time::START).unwrap()
+}
+
+/// Checks section IV.B.2, range rule: with Table I an orbit of 700 m holds a spread of 350 m; the furthest goes until
+/// the rest fits.
+#[test]
+fn the_furthest_is_discarded_until_the_orbit_fits() {
+    let mut world = World::new(2, &[0.0, 100.0, 200.0, 2000.0, 900.0]);
+    assert_eq!(world.kinds(), ["group-founded", "discarded", "discarded"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2])]);
+    let mut fits = World::new(2, &[0.0, 699.0]);
+    assert_eq!((fits.kinds(), fits.groups()), (vec!["group-founded"], vec![(0, vec![0, 1])]));
+    let mut too_wide = World::new(2, &[0.0, 701.0]);
+    assert_eq!(too_wide.kinds(), ["group-founded", "discarded"]);
+}
+
+/// Checks section IV.B.2, range rule, beyond the paper: a discarded target comes back when there is room to spare, not
+/// as soon as it barely fits.
+#[test]
+fn a_discarded_target_is_taken_back_with_room_to_spare() {
+    let mut world = World::new(2, &[0.0, 100.0, 1200.0]);
+    assert_eq!(world.kinds(), ["group-founded", "discarded"]);
+    // At 570 m the three need an orbit of some 693 m, more than 0.9 of 700 m; at 510 m, some 613 m.
+    world.place(2, 570.0);
+    assert_eq!((world.kinds(), world.groups()), (vec![], vec![(0, vec![0, 1])]));
+    world.place(2, 510.0);
+    assert_eq!((world.kinds(), world.groups()), (vec!["taken-back"], vec![(0, vec![0, 1, 2])]));
+}
+
+/// Checks section IV.B.2, convergence rule: an orbit that has run away for long enough loses its furthest target, which
+/// does not come back while it moves away as fast.
+#[test]
+fn the_furthest_is_discarded_where_the_orbit_runs_away() {
+    let mut world = World::new(2, &[0.0, 100.0, 300.0]);
+    world.settle();
+    let transition = world.params.track.target.transition(Duration::ZERO);
+    let form = |world: &World, diverging_s| {
+        let none: Option<super::super::group::Before<'_, core::iter::Empty<usize>>> = None;
+        let members = world.buffers.roster.of(GroupId(0));
+        let group = Group::form(GroupId(0), &world.known, members, none, &transition, &world.params).unwrap();
+        Group { diverging: Duration::from_s(diverging_s), threshold_m2_s: Some(-9000.0), ..group }
+    };
+    world.previous = vec![form(&world, 3.0)];
+    assert_eq!(world.kinds(), [""; 0]);
+    world.previous = vec![form(&world, 3.5)];
+    let events = world.settle();
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert_eq!((events[0].kind.name(), events[0].target), ("discarded", Some(TargetId(2))));
+    assert!(events[0].kind.to_string().contains("xi_th -9000 m2/s"), "{}", events[0].kind);
+}
+
+/// Checks Algorithm 1: 4 UAVs watch two groups; where there is but one target, one.
+#[test]
+fn half_as_many_groups_as_uavs() {
+    let mut world = World::new(4, &[0.0, 900.0, 30.0, 930.0]);
+    assert_eq!(world.kinds(), ["group-founded", "group-founded"]);
+    assert_eq!(world.groups(), [(0, vec![0, 2]), (1, vec![1, 3])]);
+    let mut alone = World::new(4, &[5.0]);
+    assert_eq!((alone.kinds(), alone.groups()), (vec!["group-founded"], vec![(0, vec![0])]));
+    let mut nothing = World::new(4, &[]);
+    assert_eq!((nothing.kinds(), nothing.groups()), (vec![], vec![]));
+}
+
+/// Checks section IV.B.1 and Eq. (34)'s place in it: requested, in both groups for the dwell, completed.
+#[test]
+fn a_target_that_drives_over_is_handed_over() {
+    let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
+    world.settle();
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![3, 4])]);
+    world.place(2, 420.0);
+    let events = world.settle();
+    assert_eq!((events.len(), events[0].kind.name(), events[0].group, events[0].to), {
+        (1, "handoff-requested", Some(GroupId(0)), Some(GroupId(1)))
+    });
+    let EventKind::HandoffRequested { dwell_s } = events[0].kind else { panic!("{events:?}") };
+    assert!((3.0..30.0).contains(&dwell_s), "{dwell_s}");
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![2, 3, 4])]);
+    assert_eq!((world.known[2].group(), world.known[2].receiving_group()), (Some(GroupId(0)), Some(GroupId(1))));
+    let mut waited_s = 0.5;
+    while waited_s < dwell_s {
+        assert_eq!(world.kinds(), [""; 0], "after {waited_s} s");
+        waited_s += 0.5;
+    }
+    assert_eq!(world.kinds(), ["handoff-completed"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2, 3, 4])]);
+}
+
+/// A target that is back where it came from at the end of the dwell stays there.
+#[test]
+fn a_handoff_is_withdrawn_where_the_target_comes_back() {
+    let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
+    world.settle();
+    world.place(2, 420.0);
+    assert_eq!(world.kinds(), ["handoff-requested"]);
+    world.place(2, 60.0);
+    let kinds: Vec<_> = (0..60).flat_map(|_| world.kinds()).collect();
+    assert_eq!(kinds, ["handoff-withdrawn"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![3, 4])]);
+}
+
+/// A target that no receiving UAV gets into view stays where it was, and it is tried again.
+#[test]
+fn a_handoff_is_withdrawn_where_nobody_sees_the_target() {
+    let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
+    world.settle();
+    world.params.track.sensor.sensing_range_m = 300.0;
+    world.place(2, 420.0);
+    assert_eq!(world.kinds(), ["handoff-requested"]);
+    let events: Vec<_> = (0..60).flat_map(|_| world.settle()).collect();
+    assert_eq!(events[0].kind, EventKind::HandoffWithdrawn(WithdrawalReason::NotSeen), "{events:?}");
+}
+
+/// A target that jumps over the border and back at every instant changes groups at most once in a dwell.
+#[test]
+fn an_oscillating_target_changes_groups_at_most_once_in_a_dwell() {
+    let mut world = World::new(4, &[0.0, 40.0, 310.0, 600.0, 640.0]).in_pairs();
+    world.settle();
+    let mut requests = 0;
+    for tick in 0..400 {
+        world.place(2, if tick % 2 == 0 { 420.0 } else { 220.0 });
+        requests += world.kinds().iter().filter(|kind| **kind == "handoff-requested").count();
+    }
+    // 200 s at 3 s or more each.
+    assert!((1..=66).contains(&requests), "{requests}");
+}
+
+/// Without the dwell, as in figure 11a, groups change at once.
+#[test]
+fn without_a_dwell_the_group_changes_at_once() {
+    let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
+    (world.params.group.dwell_min_s, world.params.group.dwell_max_s) = (0.0, 0.0);
+    world.settle();
+    world.place(2, 420.0);
+    assert_eq!(world.kinds(), ["handoff-requested", "handoff-completed"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2, 3, 4])]);
+}
+
+/// A group that cannot hold a target it is passing on passes it at once; one that cannot hold a target it is receiving
+/// gives it back.
+#[test]
+fn a_dwell_ends_early_where_an_orbit_cannot_hold_both() {
+    let handed_over = || {
+        let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
+        world.settle();
+        world.place(2, 420.0);
+        world.settle();
+        world
+    };
+    let mut passing = handed_over();
+    passing.place(2, 700.0);
+    let events = passing.settle();
+    assert_eq!(events[0].kind, EventKind::HandoffCompleted(CompletionReason::PassingCannotHold), "{events:?}");
+    let mut receiving = handed_over();
+    receiving.place(4, 1300.0);
+    let events = receiving.settle();
+    assert_eq!(events[0].kind, EventKind::HandoffWithdrawn(WithdrawalReason::ReceivingCannotHold), "{events:?}");
+}
+
+/// A newcomer nearby joins; far away it stays outside while all groups are in use.
+#[test]
+fn a_newcomer_joins_if_it_fits_and_stays_outside_if_not() {
+    let mut world = World::new(2, &[0.0, 100.0]);
+    world.settle();
+    world.known.push(Known::unassigned(track(2, 300.0)));
+    world.known.push(Known::unassigned(track(3, 3000.0)));
+    assert_eq!((world.kinds(), world.groups()), (vec!["joined"], vec![(0, vec![0, 1, 2])]));
+}
+
+/// Out of view of the group's UAVs a newcomer is not their duty yet: the orbit makes room for it first.
+#[test]
+fn a_newcomer_out_of_view_is_received_when_it_is_seen() {
+    let mut world = World::new(2, &[0.0, 100.0]).in_pairs();
+    world.settle();
+    world.params.track.sensor.sensing_range_m = 10.0;
+    world.known.push(Known::unassigned(track(2, 300.0)));
+    assert_eq!(world.kinds(), ["joined"]);
+    assert_eq!((world.known[2].group(), world.known[2].receiving_group()), (None, Some(GroupId(0))));
+    world.params.track.sensor.sensing_range_m = 1e5;
+    assert_eq!((world.kinds(), world.known[2].group()), (vec![], Some(GroupId(0))));
+    // One that is never seen is left out in the end.
+    world.params.track.sensor.sensing_range_m = 10.0;
+    world.known.push(Known::unassigned(track(3, 310.0)));
+    let kinds: Vec<_> = (0..62).flat_map(|_| world.kinds()).collect();
+    assert_eq!(kinds[..2], ["joined", "left-out"]);
+}
+
+/// When targets appear that make room for another group, the widest one splits; its larger part stays itself.
+#[test]
+fn with_uavs_to_spare_the_widest_group_splits() {
+    let mut world = World::new(4, &[0.0]);
+    world.settle();
+    for (id, x_m) in [(1, 300.0), (2, 310.0)] {
+        world.known.push(Known::unassigned(track(id, x_m)));
+    }
+    assert_eq!(world.kinds(), ["joined", "joined", "group-founded"]);
+    assert_eq!(world.groups(), [(0, vec![1, 2]), (1, vec![0])]);
+}
+
+/// Fewer UAVs serve fewer groups: the smallest ends, and its target joins another if it can.
+#[test]
+fn with_fewer_uavs_the_smallest_group_ends() {
+    let mut world = World::new(4, &[0.0, 100.0, 500.0]);
+    world.settle();
+    assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2])]);
+    world.on_duty.truncate(2);
+    assert_eq!(world.kinds(), ["group-dissolved", "joined"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2])]);
+}
+
+/// Where far more targets wait together than a group has, its UAVs go there.
+#[test]
+fn uavs_go_where_more_can_be_watched() {
+    let mut world = World::new(2, &[0.0, 40.0]);
+    world.settle();
+    for (id, x_m) in [(2, 5000.0), (3, 5010.0), (4, 5020.0), (5, 5030.0)] {
+        world.known.push(Known::unassigned(track(id, x_m)));
+    }
+    let kinds: Vec<_> = (0..25).flat_map(|_| world.kinds()).collect();
+    assert_eq!(kinds, ["group-dissolved", "group-founded"]);
+    assert_eq!(world.groups(), [(1, vec![2, 3, 4, 5])]);
+}
+
+#[test]
+fn coinciding_targets_are_no_trouble() {
+    let mut world = World::new(6, &[5.0, 5.0, 5.0]);
+    assert_eq!(world.kinds(), ["group-founded", "group-founded", "group-founded"]);
+    assert_eq!(world.kinds(), [""; 0]);
+}

@@ -1,0 +1,209 @@
+//! Several groups: what all agents agree on, and what holds in odd worlds.
+
+mod common;
+
+use std::collections::BTreeSet;
+
+use common::{Team, scan_of};
+use proptest::prelude::*;
+use standoff::coordination::clustering::group_count;
+use standoff::*;
+
+/// Two groups; the second target of the first drives over to the second.
+fn two_groups(id: u32, now: Time) -> Option<(Position, Velocity)> {
+    let (x_m, y_m) =
+        [(0.0, 0.0), (50.0, 30.0), (-40.0, 60.0), (600.0, 40.0), (640.0, -30.0), (560.0, 0.0), (20.0, -60.0)]
+            [id as usize % 7];
+    let over = if id == 1 { 11.0 } else { 0.0 };
+    let velocity = Velocity::from_m_s(3.0 + over, 2.0);
+    Some((Position::from_m(x_m, y_m) + velocity * now.s(), velocity))
+}
+
+fn kinds(events: &[Event]) -> Vec<&'static str> {
+    events.iter().map(|event| event.kind.name()).filter(|kind| *kind != "cued" && *kind != "acquired").collect()
+}
+
+/// Checks section IV on the way: with a perfect radio all agents found, assign, hand over and discard alike, to the
+/// bit; and a fleet, which keeps one picture, answers as each of them does.
+#[test]
+fn all_agents_and_the_fleet_agree_to_the_bit() {
+    let mut team = Team::new(5, 7).with_motion(two_groups);
+    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let mut happened = BTreeSet::new();
+    for tick in 0..240 {
+        let (now, scans, inbox) = team.speak(tick);
+        let cues: Vec<Cue> = inbox
+            .iter()
+            .filter_map(|message| if let Message::Cue(cue) = message { Some(*cue) } else { None })
+            .collect();
+        fleet.hear(now, team.states.iter().zip(scans.iter().map(scan_of)), &cues);
+        let states = team.states.clone();
+        for (index, agent) in team.agents.iter_mut().enumerate() {
+            let alone = agent.step(now, &states[index], scan_of(&scans[index]), &inbox);
+            let together = fleet.decide(UavId(index as u32), &states[index]);
+            assert_eq!(alone.command, together.command, "tick {tick}");
+            assert_eq!(format!("{:?}", alone.diagnostics), format!("{:?}", together.diagnostics));
+            assert_eq!(
+                (alone.events, alone.look_at, alone.altitude_m),
+                (fleet.events(), together.look_at, together.altitude_m)
+            );
+            happened.extend(kinds(alone.events));
+            assert_eq!(format!("{:?}", agent.picture()), format!("{:?}", fleet.picture()), "tick {tick}");
+        }
+        team.tick(tick);
+    }
+    for kind in ["group-founded", "handoff-requested", "handoff-completed"] {
+        assert!(happened.contains(kind), "{happened:?}");
+    }
+}
+
+/// A UAV that falls silent leaves the team, and its group's targets are watched by others; when it is back, it serves
+/// again.
+#[test]
+fn a_lost_uav_is_replaced_and_may_come_back() {
+    let mut team = Team::new(4, 6).with_motion(|id, now| two_groups(id, now).filter(|_| id != 1));
+    let crew = |team: &Team, group: u32| {
+        let crew = &team.agents[0].picture().crew;
+        crew.iter().filter(|duty| duty.group == GroupId(group)).map(|duty| duty.uav).collect::<Vec<_>>()
+    };
+    let mut events = Vec::new();
+    let mut fly = |team: &mut Team, ticks: core::ops::Range<i64>| {
+        for tick in ticks {
+            let (now, scans, inbox) = team.speak(tick);
+            let own = team.states[0];
+            let step = team.agents[0].step(now, &own, scan_of(&scans[0]), &inbox);
+            events.extend(step.events.iter().map(|event| (tick, *event)));
+            team.tick(tick);
+        }
+        core::mem::take(&mut events)
+    };
+    fly(&mut team, 0..60);
+    assert_eq!((crew(&team, 0).len(), crew(&team, 1).len()), (2, 2));
+    // Both UAVs of the second group, one of which is not the one whose picture is looked at.
+    team.silent = crew(&team, if crew(&team, 0).contains(&UavId(0)) { 1 } else { 0 });
+    let told = fly(&mut team, 60..90);
+    // Silent for more than 3 s: one group is left, of two UAVs.
+    let dissolved = told.iter().find(|(_, event)| event.kind.name() == "group-dissolved").unwrap();
+    assert_eq!(dissolved.0, 66, "{told:?}");
+    assert_eq!(team.agents[0].picture().groups.len(), 1);
+    team.silent.clear();
+    let told = fly(&mut team, 90..120);
+    assert!(told.iter().any(|(tick, event)| *tick == 90 && event.kind.name() == "group-founded"), "{told:?}");
+    assert_eq!((team.agents[0].picture().groups.len(), team.agents[0].picture().crew.len()), (2, 4));
+}
+
+/// The groups fly at altitudes of their own.
+#[test]
+fn each_group_has_its_own_altitude() {
+    let mut team = Team::new(6, 7).with_motion(two_groups);
+    for tick in 0..40 {
+        team.tick(tick);
+        let mut altitudes: Vec<_> = team.agents[0].picture().groups.iter().map(|group| group.altitude_m).collect();
+        altitudes.sort_by(f64::total_cmp);
+        assert_eq!(altitudes, [300.0, 350.0, 400.0]);
+    }
+}
+
+/// How odd targets move.
+#[derive(Debug, Clone, Copy)]
+enum Odd {
+    Steady,
+    Together,
+    InLine,
+    Leaving,
+    Teleporting,
+    Spreading,
+    FasterThanUavs,
+}
+
+fn place(odd: Odd, id: u32, tick: i64, seed: u32) -> Option<(Position, Velocity)> {
+    let (n, t) = (f64::from(id), tick as f64 * 0.5);
+    let scatter = |k: u32| f64::from(id.wrapping_mul(2_654_435_761).wrapping_add(seed.wrapping_mul(k)) % 4001) - 2000.0;
+    let at = |x_m, y_m, vx, vy| Some((Position::from_m(x_m, y_m), Velocity::from_m_s(vx, vy)));
+    match odd {
+        Odd::Steady => at(scatter(3) + 5.0 * t, scatter(7), 5.0, 0.0),
+        Odd::Together => at(100.0, 50.0, 0.0, 0.0),
+        Odd::InLine => at(60.0 * n, 0.0, 0.0, 0.0),
+        Odd::Leaving => at(50.0 * n, 20.0 * n, 0.0, 0.0).filter(|_| tick < 20),
+        Odd::Teleporting => at(scatter(3 + tick as u32 / 7), scatter(11 + tick as u32 / 5), 0.0, 0.0),
+        Odd::Spreading => at((n - 3.0) * (5.0 + 12.0 * t), n * 9.0 * t, 12.0 * (n - 3.0), 9.0 * n),
+        Odd::FasterThanUavs => at(90.0 * n + (50.0 + n) * t, 40.0 * n, 50.0 + n, 0.0),
+    }
+}
+
+fn any_world() -> impl Strategy<Value = Odd> {
+    prop_oneof![
+        Just(Odd::Steady),
+        Just(Odd::Together),
+        Just(Odd::InLine),
+        Just(Odd::Leaving),
+        Just(Odd::Teleporting),
+        Just(Odd::Spreading),
+        Just(Odd::FasterThanUavs),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+    /// Whatever the targets do and however many UAVs and targets there are: commands stay inside the limits, every
+    /// target has its place, every UAV one group, every group a UAV, a member and an altitude of its own, and never are
+    /// there more groups than the rule allows.
+    #[test]
+    fn odd_worlds_are_answered(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10) {
+        let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+        let params = TeamParams::table_1();
+        let mut states: Vec<UavState> = (0..uavs).map(|id| UavState {
+            position: Position::from_m(400.0 * f64::from(id % 3), -300.0 * f64::from(id / 3)),
+            heading: Angle::from_rad(f64::from(id)),
+            speed_m_s: 40.0,
+            turn_rate_rad_s: 0.0,
+        }).collect();
+        let mut look_at = vec![None::<LookAt>; states.len()];
+        for tick in 0..80i64 {
+            let now = Time::from_us(tick * 500_000);
+            let targets: Vec<_> = (0..targets).filter_map(|id| Some((id, place(odd, id, tick, seed)?))).collect();
+            let cues: Vec<Cue> = targets.iter().filter(|_| tick == 0).map(|(id, (position, velocity))| Cue {
+                target: TargetId(*id), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0,
+            }).collect();
+            let scans: Vec<(Option<Angle>, Vec<Detection>)> = states.iter().zip(&look_at).map(|(state, look)| {
+                let boresight = look.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
+                let seen = targets.iter().filter(|(_, (at, _))| boresight.is_some_and(|boresight| params.track.sensor.in_view(state.position, boresight, *at)));
+                (boresight, seen.map(|(id, (at, _))| Detection { target: TargetId(*id), measurement: sensor::measure(state.position, *at) }).collect())
+            }).collect();
+            // One UAV says nonsense of itself for a while: it is silent.
+            let mut said = states.clone();
+            if let Some(state) = said.get_mut(silent as usize).filter(|_| (30..50).contains(&tick)) {
+                state.speed_m_s = f64::NAN;
+            }
+            fleet.hear(now, said.iter().zip(scans.iter().map(scan_of)), &cues);
+            let picture = fleet.picture().clone();
+            let team = picture.crew.len();
+            let live = picture.known.iter().filter(|known| !known.track.is_lost()).count();
+            prop_assert!(picture.groups.len() <= group_count(team.max(uavs as usize), live), "{picture:?}");
+            prop_assert!(live == 0 || !picture.groups.is_empty());
+            for known in &picture.known {
+                for group in known.groups() {
+                    prop_assert!(picture.group(group).is_some());
+                    prop_assert!(!known.track.is_lost());
+                }
+            }
+            for (index, group) in picture.groups.iter().enumerate() {
+                prop_assert!(group.members > 0 && group.standoff.distance_m.is_finite() && group.margin_m.is_finite());
+                prop_assert!((250.0..=700.0).contains(&group.standoff.distance_m));
+                prop_assert!(picture.groups[..index].iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));
+                prop_assert!(team == 0 || picture.crew.iter().any(|duty| duty.group == group.id), "a group without UAVs: {picture:?}");
+                let members = picture.known.iter().filter(|known| known.groups().any(|id| id == group.id)).count();
+                prop_assert_eq!(members, group.members as usize);
+            }
+            for (id, state) in states.iter_mut().enumerate() {
+                let step = fleet.decide(UavId(id as u32), state);
+                let command = step.command.command;
+                prop_assert!((25.0..=55.0).contains(&command.speed_m_s) && command.turn_rate_rad_s.abs() <= 0.3);
+                prop_assert_eq!(step.diagnostics.group.is_some(), !picture.groups.is_empty() && picture.crew.iter().any(|duty| duty.uav == UavId(id as u32)));
+                look_at[id] = step.look_at;
+                *state = params.uav.step(state, command, Duration::from_s(0.5));
+                prop_assert!(state.is_finite());
+            }
+        }
+    }
+}
