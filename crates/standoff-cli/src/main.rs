@@ -15,7 +15,7 @@ use failure::Failure;
 
 /// UAVs keep groups of moving ground vehicles in view: coordinated standoff tracking, simulated.
 ///
-/// Without a command: flies traffic/convoy, prints the outcome, writes the results, says where.
+/// Without a command: flies paper/figure-9, prints the outcome, writes the results, says where.
 #[derive(Parser)]
 #[command(name = "standoff", version, after_help = EXAMPLES, disable_help_subcommand = true)]
 struct Cli {
@@ -55,7 +55,7 @@ Examples:
   standoff run --traffic city.fcd.xml.gz --uavs 2     over your own traffic
   standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
   standoff check mine.toml
-  standoff show standoff-out/traffic/convoy-1         tell a finished run again
+  standoff show standoff-out/paper/figure-9-1         tell a finished run again
 
 Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
 

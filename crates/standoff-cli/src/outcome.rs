@@ -32,6 +32,8 @@ pub(crate) struct Event {
     pub(crate) target: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) group: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) to_group: Option<u32>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) uavs: Vec<u32>,
     pub(crate) reason: String,
@@ -87,7 +89,8 @@ impl Outcome {
 }
 
 impl Outcome {
-    /// How many events of each kind, and the first of those that matter most: being cued and first measured is routine.
+    /// How many events of each kind, and the first of those that matter most: that a target is cued or first measured is
+    /// routine, and that something is over tells little.
     fn events_told(&self) -> String {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for event in &self.events {
@@ -96,16 +99,30 @@ impl Outcome {
         let counts: Vec<String> = counts.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
         let mut text =
             format!("\nevents         {}\n", if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
-        let telling: Vec<&Event> =
-            self.events.iter().filter(|event| event.kind != "cued" && event.kind != "acquired").collect();
+        let routine = ["cued", "acquired", "orbit-feasible", "uavs-apart"];
+        let telling: Vec<&Event> = self.events.iter().filter(|event| !routine.contains(&event.kind.as_str())).collect();
         for event in telling.iter().take(EVENTS_SHOWN) {
-            let who = event.target.as_deref().map_or_else(|| "group".to_owned(), printable);
-            text += &format!("{:8.1} s  {:16} {who}: {}\n", event.time_s, event.kind, event.reason);
+            text += &format!("{:8.1} s  {:17}  {}: {}\n", event.time_s, event.kind, event.who(), event.reason);
         }
         if telling.len() > EVENTS_SHOWN {
             text += &format!("  and {} more in summary.json\n", telling.len() - EVENTS_SHOWN);
         }
         text
+    }
+}
+
+impl Event {
+    /// The target or the UAV it happened to, and the groups.
+    fn who(&self) -> String {
+        let groups = match (self.group, self.to_group) {
+            (Some(from), Some(to)) => format!("group {from} to {to}"),
+            (Some(group), None) => format!("group {group}"),
+            _ => String::new(),
+        };
+        let target = self.target.as_deref().map(printable);
+        let uav = self.uavs.first().filter(|_| self.kind == "reassigned").map(|uav| format!("UAV {uav}"));
+        let who = [target.or(uav).unwrap_or_default(), groups];
+        who.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -18,7 +18,7 @@ Examples:
   standoff run paper/table-2-pair --seed 7
   standoff run paper/table-2-pair --set guidance.radial_gain=0.5 --out half
   standoff run tour/02-two-uavs --json | jq .metrics.position_error_m
-  standoff run --traffic city.fcd.xml.gz --uavs 2
+  standoff run --traffic city.fcd.xml.gz --uavs 4
   standoff run mine.toml --set uavs.count=3 --set targets.scatter.count=6";
 
 /// What to fly, and where the results go.
@@ -47,7 +47,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-const DEFAULT_SCENARIO: &str = "traffic/convoy";
+const DEFAULT_SCENARIO: &str = "paper/figure-9";
 
 impl Default for Args {
     fn default() -> Self {

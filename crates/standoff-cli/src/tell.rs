@@ -56,6 +56,7 @@ fn events_of(frame: &Frame, names: &[String]) -> Vec<Event> {
         kind: row.kind.clone(),
         target: row.target.and_then(|target| names.get(target as usize).cloned()),
         group: row.group,
+        to_group: row.to_group,
         uavs: row.uavs.clone(),
         reason: row.reason.clone(),
     };

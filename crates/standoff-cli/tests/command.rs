@@ -44,15 +44,15 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn alone_it_flies_the_convoy_and_says_where_the_results_are() {
+fn alone_it_flies_figure_9_and_says_where_the_results_are() {
     let folder = tempfile::tempdir().unwrap();
     let output = standoff(folder.path(), &[]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
-    assert!(table.contains("traffic/convoy, seed 1: 2 UAVs, 6 targets"), "{table}");
-    assert!(table.contains("results in standoff-out/traffic/convoy-1"), "{table}");
+    assert!(table.contains("paper/figure-9, seed 1: 4 UAVs, 7 targets"), "{table}");
+    assert!(table.contains("results in standoff-out/paper/figure-9-1"), "{table}");
     assert_eq!(text(&output.stderr), "", "no progress bar in a pipe");
-    let results = folder.path().join("standoff-out/traffic/convoy-1");
+    let results = folder.path().join("standoff-out/paper/figure-9-1");
     assert_eq!(
         names(&results),
         [
@@ -60,9 +60,11 @@ fn alone_it_flies_the_convoy_and_says_where_the_results_are() {
             "events.parquet",
             "groups.parquet",
             "line_of_sight.svg",
+            "margin.svg",
             "phase.svg",
             "run.json",
             "scenario.toml",
+            "separation.svg",
             "speed_and_turn_rate.svg",
             "standoff_distance.svg",
             "summary.json",

@@ -142,7 +142,7 @@ fn a_convoy_stays_in_view_and_its_comings_and_goings_are_told() {
 
 #[test]
 fn three_uavs_share_an_orbit_evenly() {
-    let scenario = load("tour/02-two-uavs", &["uavs.count=3"], 1);
+    let scenario = load("tour/02-two-uavs", &["uavs.count=3", "targets.scatter.count=1"], 1);
     let frames = frames(&scenario);
     // They start 40 degrees apart and need some 35 s to spread; from then on they stay 120 degrees apart.
     let settled: Vec<_> = frames.into_iter().filter(|frame| frame.time_us > 45_000_000).collect();
@@ -161,6 +161,69 @@ fn clockwise_is_as_good_as_anticlockwise() {
     };
     let (one, other) = (settled("clockwise"), settled("anticlockwise"));
     assert!((one - other).abs() < 0.5 && one < 3.0, "{one} m clockwise, {other} m anticlockwise");
+}
+
+/// Figures 9 to 11: two groups of four and three, a handoff near 35 s, a discard; with the measures nobody's line of
+/// sight passes half the field of view, without them and the dwell it does. Over 200 seeds 199 stay below 35 degrees
+/// (the other reaches 35.0); these are the first 30.
+#[test]
+fn paper_figure_9_keeps_the_line_of_sight_and_its_basic_form_does_not() {
+    for seed in 1..=30 {
+        let scenario = load("paper/figure-9", &[], seed);
+        let frames = frames(&scenario);
+        let metrics = score(&scenario, &frames);
+        assert!(metrics.line_of_sight_max_deg.unwrap() < 35.0, "seed {seed}: {metrics:?}");
+        assert_eq!((metrics.out_of_view_fraction, metrics.discards), (Some(0.0), 1), "seed {seed}");
+        let time_s = |kind: &str| {
+            let frame = frames.iter().find(|frame| frame.events.iter().any(|event| event.kind == kind));
+            frame.map(|frame| frame.time_us as f64 / 1e6).unwrap()
+        };
+        assert!((28.0..42.0).contains(&time_s("handoff-requested")), "seed {seed}");
+        assert!(time_s("handoff-completed") >= time_s("handoff-requested") + 3.0, "seed {seed}");
+        let crews = frames[10].uavs.iter().map(|uav| uav.group);
+        assert_eq!(crews.collect::<Vec<_>>(), [Some(0), Some(1), Some(0), Some(1)], "seed {seed}");
+
+        let basic = fly("paper/figure-9-basic", &[], seed);
+        assert!(basic.line_of_sight_max_deg.unwrap() > 37.0, "seed {seed}: {basic:?}");
+    }
+}
+
+/// The printed objective of the assignment is another one, and flies too.
+#[test]
+fn the_printed_objective_can_be_chosen() {
+    let metrics = fly("paper/figure-9", &["groups.objective=printed"], 1);
+    assert_eq!(metrics.handoffs, 1, "{metrics:?}");
+}
+
+#[test]
+fn the_groups_of_the_city_part_and_meet_and_nobody_is_out_of_view() {
+    for seed in 1..=5 {
+        let metrics = fly("traffic/city", &[], seed);
+        assert_eq!(metrics.out_of_view_fraction, Some(0.0), "seed {seed}: {metrics:?}");
+        assert!(metrics.uncovered_fraction.unwrap() < 0.1, "seed {seed}: {metrics:?}");
+        assert!(metrics.discards >= 3, "two cars go astray and one drives over; seed {seed}");
+    }
+}
+
+/// A target is in no group for a reason that the events tell.
+fn check_that_losses_are_told(frames: &[Frame], what: &str) {
+    let mut grouped: BTreeMap<u32, Option<u32>> = BTreeMap::new();
+    for frame in frames {
+        let now: BTreeMap<u32, Option<u32>> =
+            frame.tracks.iter().map(|track| (track.target, track.group.or(track.to_group))).collect();
+        for (target, group) in grouped.iter().filter(|(_, group)| group.is_some()) {
+            if now.get(target).is_none_or(Option::is_none) {
+                let told = frame.events.iter().any(|event| {
+                    let of_target = event.target == Some(*target)
+                        && ["discarded", "lost", "left-out"].contains(&event.kind.as_str());
+                    let of_group = event.target.is_none() && event.group == *group && event.kind == "group-dissolved";
+                    (of_target || of_group) && !event.reason.is_empty()
+                });
+                assert!(told, "{what}: target {target} left its group at {} s: {:?}", frame.time_us, frame.events);
+            }
+        }
+        grouped = now;
+    }
 }
 
 #[test]
@@ -232,12 +295,15 @@ fn real_traffic_flies() {
         "cats_4veh_regroup_1124_5.csv.gz",
         "bologna_all_traffic_box.fcd.xml.gz",
     ];
-    for file in files {
-        let edits = Edits { traffic: Some(data.join(file)), uavs: Some(2), ..Edits::default() };
+    for (file, uavs) in files.into_iter().flat_map(|file| [1, 2, 4, 5, 8].map(|uavs| (file, uavs))) {
+        let edits = Edits { traffic: Some(data.join(file)), uavs: Some(uavs), ..Edits::default() };
         let scenario = Scenario::load("traffic/convoy", &edits, 1).unwrap();
-        let metrics = score(&scenario, &frames(&scenario));
-        println!("{file}: {metrics:?}");
-        assert!(metrics.out_of_view_fraction.unwrap() < 0.01, "{file}: {metrics:?}");
-        assert!(metrics.position_error_m.unwrap() < 10.0, "{file}: {metrics:?}");
+        let frames = frames(&scenario);
+        let metrics = score(&scenario, &frames);
+        let what = format!("{file}, {uavs} UAVs: {metrics:?}");
+        println!("{what}");
+        assert!(metrics.out_of_view_fraction.unwrap() < 0.01, "{what}");
+        assert!(metrics.position_error_m.unwrap() < if uavs == 1 { 16.0 } else { 10.0 }, "{what}");
+        check_that_losses_are_told(&frames, &what);
     }
 }

@@ -259,6 +259,7 @@ table! {
         /// And these, one table per target.
         at: Vec<TargetAt> = Vec::new();
         /// What some of them do on purpose.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
         manoeuvre: Vec<Manoeuvre> = Vec::new();
     }
 }

@@ -234,9 +234,9 @@ impl Settling<'_> {
                 (group.diverging.s() > self.params.group.convergence_patience_s).then_some(group.threshold_m2_s?)
             });
             if let Some(threshold_m2_s) = diverging {
-                let furthest = self.need(id).filter(|need| need.members() > 1).map(|need| need.furthest);
-                furthest
-                    .map(|index| self.let_go(id, index, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s }));
+                if let Some(need) = self.need(id).filter(|need| need.members() > 1) {
+                    self.let_go(id, need.furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
+                }
             }
             let allowed_m = self.params.group.standoff.radius_max_m;
             while let Some(need) = self.need(id).filter(|need| need.members() > 1) {
