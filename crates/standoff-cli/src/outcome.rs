@@ -120,7 +120,8 @@ impl Event {
             _ => String::new(),
         };
         let target = self.target.as_deref().map(printable);
-        let uav = self.uavs.first().filter(|_| self.kind == "reassigned").map(|uav| format!("UAV {uav}"));
+        let of_uav = ["reassigned", "uav-lost", "uav-joined"].contains(&self.kind.as_str());
+        let uav = self.uavs.first().filter(|_| of_uav).map(|uav| format!("UAV {uav}"));
         let who = [target.or(uav).unwrap_or_default(), groups];
         who.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }

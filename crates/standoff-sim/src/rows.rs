@@ -62,16 +62,14 @@ pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
 
 /// The UAVs of an event are those of its groups where it names none.
 pub(crate) fn event(event: &Event, picture: &Picture) -> EventRow {
-    let is_concerned = |duty: &&Duty| match event.uav {
-        Some(uav) => duty.uav == uav,
-        None => Some(duty.group) == event.group || Some(duty.group) == event.to,
-    };
+    let is_concerned = |duty: &&Duty| Some(duty.group) == event.group || Some(duty.group) == event.to;
+    let crew = || picture.crew.iter().filter(is_concerned).map(|duty| duty.uav.0).collect();
     EventRow {
         kind: event.kind.name().to_owned(),
         target: event.target.map(|target| target.0),
         group: event.group.map(|group| group.0),
         to_group: event.to.map(|group| group.0),
-        uavs: picture.crew.iter().filter(is_concerned).map(|duty| duty.uav.0).collect(),
+        uavs: event.uav.map_or_else(crew, |uav| vec![uav.0]),
         reason: event.kind.to_string(),
     }
 }

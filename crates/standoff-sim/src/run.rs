@@ -63,7 +63,7 @@ impl<'a> Mission<'a> {
         }
         let now = Time::from_us(self.tick * self.scenario.settings.period.us());
         self.world.look(now, &mut self.truth);
-        let scans = self.scan();
+        let scans = self.scan(now);
         self.say(now, &scans);
         let frame = self.decide(now, &scans);
         self.world.step();
@@ -78,10 +78,11 @@ impl<'a> Mission<'a> {
     }
 
     /// Every sensor looks where its agent asked it to.
-    fn scan(&self) -> Vec<OwnedScan> {
+    fn scan(&self, now: Time) -> Vec<OwnedScan> {
         let Settings { period, noise, team, .. } = &self.scenario.settings;
         let scan = |uav: &Uav| {
-            let boresight = uav.look_at.map(|look| look.boresight(uav.state.position, *period));
+            let look_at = uav.look_at.filter(|_| !self.is_out(uav.id, now));
+            let boresight = look_at.map(|look| look.boresight(uav.state.position, *period));
             let from = (uav.id, uav.state.position);
             let detections = boresight.map_or_else(Vec::new, |boresight| {
                 sensors::scan(from, boresight, &self.truth, &team.track.sensor, *noise, self.draws, self.tick as u64)
@@ -89,6 +90,11 @@ impl<'a> Mission<'a> {
             OwnedScan { boresight, detections }
         };
         self.uavs.iter().map(scan).collect()
+    }
+
+    fn is_out(&self, uav: UavId, now: Time) -> bool {
+        let mut own = self.scenario.outages.iter().filter(|outage| outage.uav == uav);
+        own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()))
     }
 
     /// Everybody hears everything of this instant: the scans, and cues of targets that have just appeared.
@@ -99,8 +105,9 @@ impl<'a> Mission<'a> {
                 cues.push(sensors::cue(target, now, self.scenario.settings.cue, self.draws));
             }
         }
-        let said = self.uavs.iter().zip(scans).map(|(uav, scan)| (&uav.state, scan.borrow()));
-        self.fleet.hear(now, said, &cues);
+        let out: Vec<bool> = self.uavs.iter().map(|uav| self.is_out(uav.id, now)).collect();
+        let speaking = self.uavs.iter().zip(scans).zip(out).filter(|(_, out)| !out);
+        self.fleet.hear(now, speaking.map(|((uav, scan), _)| (uav.id, &uav.state, scan.borrow())), &cues);
     }
 
     /// Every agent decides, and its UAV flies its command until the next instant.
@@ -150,7 +157,7 @@ mod tests {
                 for (mission, lies) in [(&mut honest, false), (&mut lied_to, true)] {
                     let now = Time::from_us(mission.tick * scenario.settings.period.us());
                     mission.world.look(now, &mut mission.truth);
-                    let scans = mission.scan();
+                    let scans = mission.scan(now);
                     mission.say(now, &scans);
                     if lies {
                         for target in &mut mission.truth {

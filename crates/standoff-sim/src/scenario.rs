@@ -15,7 +15,7 @@ mod resolve;
 mod start;
 mod team;
 
-use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavState};
+use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in};
 pub use error::{Problem, ScenarioError};
@@ -40,6 +40,8 @@ pub struct Scenario {
     pub uavs: Vec<UavState>,
     /// The targets.
     pub targets: Targets,
+    /// UAVs that drop out.
+    pub outages: Vec<Outage>,
     /// What to be careful about.
     pub warnings: Vec<String>,
     /// The scenario with every value spelt out; loading it gives the same run.
@@ -95,6 +97,17 @@ pub enum Targets {
     },
     /// Read from a file.
     Traffic(Traffic),
+}
+
+/// A time in which a UAV sees nothing and is not heard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outage {
+    /// Which UAV.
+    pub uav: UavId,
+    /// From when, s.
+    pub from_s: f64,
+    /// Until when, s; not before `from_s`.
+    pub until_s: f64,
 }
 
 /// An acceleration beside the random one.

@@ -92,6 +92,32 @@ fn the_tour_starts_with_a_clean_orbit() {
     assert_eq!(metrics.out_of_view_fraction, Some(0.0));
 }
 
+/// What each later stop of the tour says it shows.
+#[test]
+fn the_tour_shows_what_it_says() {
+    let stops: [(&str, &[&str]); 4] = [
+        ("tour/03-a-group-that-spreads", &["discarded", "taken-back"]),
+        ("tour/04-two-groups", &["group-founded"]),
+        ("tour/05-a-handoff", &["handoff-requested", "handoff-completed"]),
+        ("tour/06-a-uav-drops-out", &["uav-lost", "reassigned", "group-dissolved", "joined", "uav-joined"]),
+    ];
+    for (name, kinds) in stops {
+        let scenario = load(name, &[], 1);
+        let frames = frames(&scenario);
+        for kind in kinds {
+            let told = frames.iter().flat_map(|frame| &frame.events).find(|event| event.kind == *kind);
+            assert!(told.is_some_and(|event| !event.reason.is_empty()), "{name}: no {kind}");
+        }
+        let metrics = score(&scenario, &frames);
+        assert_eq!(metrics.out_of_view_fraction, Some(0.0), "{name}: {metrics:?}");
+        check_that_losses_are_told(&frames, name);
+    }
+    // Without the dwell the vehicle slips out of view of the group that takes it over at once.
+    let undelayed = ["groups.dwell_min_s=0", "groups.dwell_max_s=0"];
+    let line_of_sight_deg = |set: &[&str]| fly("tour/05-a-handoff", set, 1).line_of_sight_max_deg.unwrap();
+    assert!(line_of_sight_deg(&[]) < 35.0 && line_of_sight_deg(&undelayed) > 35.0);
+}
+
 /// Table II's order: two UAVs estimate better than one; the active measures cut the standoff error and the line of
 /// sight. Each difference is far outside the scatter of twelve seeds.
 #[test]

@@ -86,7 +86,7 @@ fn unknown_keys_are_errors_with_line_and_column() {
         "[uavs]\ncount = 1\n  speeed_m_s = 40.0\n",
         "/mine.toml:3:3: uavs.speeed_m_s: unknown field `speeed_m_s`, expected one of `speed_m_s`, \
          `speed_change_max_m_s`, `turn_rate_max_rad_s`, `speed_lag_s`, `turn_rate_lag_s`, `count`, `integrator`, \
-         `ring`, `at`",
+         `ring`, `at`, `outage`",
     );
 }
 

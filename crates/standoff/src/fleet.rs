@@ -24,7 +24,8 @@ use crate::uav::{UavId, UavState};
 ///     turn_rate_rad_s: 0.0,
 /// };
 /// let states = [state(400.0), state(-400.0)];
-/// fleet.hear(Time::START, states.iter().map(|state| (state, Scan::default())), &[]);
+/// let said = (0..).map(UavId).zip(&states).map(|(id, state)| (id, state, Scan::default()));
+/// fleet.hear(Time::START, said, &[]);
 /// for (id, state) in (0..).zip(&states) {
 ///     let step = fleet.decide(UavId(id), state);
 ///     assert_eq!(step.command.command.speed_m_s, 40.0);
@@ -60,19 +61,19 @@ impl Fleet {
         Ok(Self { mind: Mind::new(params)?, sequence: 0, report })
     }
 
-    /// Takes in everything that is said at an instant: of each UAV, by ascending id from 0, its state and scan; and the
-    /// cues. Instants come in order; an instant that has passed is not heard.
-    pub fn hear<'a>(&mut self, now: Time, uavs: impl Iterator<Item = (&'a UavState, Scan<'a>)>, cues: &[Cue]) {
+    /// Takes in everything that is said at an instant: the state and scan of each UAV that speaks, and the cues. Instants
+    /// come in order; an instant that has passed is not heard.
+    pub fn hear<'a>(&mut self, now: Time, uavs: impl Iterator<Item = (UavId, &'a UavState, Scan<'a>)>, cues: &[Cue]) {
         if !self.mind.is_past(now) {
             return;
         }
         self.mind.open(now);
         self.sequence = self.sequence.wrapping_add(1);
-        for (id, (state, scan)) in (0..).zip(uavs) {
+        for (uav, state, scan) in uavs {
             // Who does not know where it is has nothing to say.
             if state.is_finite() {
                 let report = &mut self.report;
-                (report.uav, report.sequence, report.time) = (UavId(id), self.sequence, now);
+                (report.uav, report.sequence, report.time) = (uav, self.sequence, now);
                 (report.state, report.boresight) = (*state, scan.boresight);
                 report.detections.clear();
                 report.detections.extend_from_slice(scan.detections);

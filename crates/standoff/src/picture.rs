@@ -206,6 +206,7 @@ impl Picture {
         if self.groups.is_empty() {
             return;
         }
+        self.tell_of_uavs(previous, scratch);
         let is_new = |group: &Group| previous.group(group.id).is_none();
         let has_ended = |group: &Group| self.group(group.id).is_none();
         let is_silent = |duty: &Duty| scratch.on_duty.binary_search_by_key(&duty.uav, |on_duty| on_duty.uav).is_err();
@@ -236,6 +237,22 @@ impl Picture {
                 let event = Event::of_group(EventKind::Reassigned(reason), old);
                 scratch.events.push(Event { to: Some(duty.group), uav: Some(duty.uav), ..event });
             }
+        }
+    }
+
+    /// Who has left the team, and who has come to it.
+    fn tell_of_uavs(&self, previous: &Picture, scratch: &mut Scratch) {
+        let Scratch { on_duty, events, .. } = scratch;
+        for duty in &previous.crew {
+            if on_duty.binary_search_by_key(&duty.uav, |on_duty| on_duty.uav).is_err() {
+                let event = Event::of_group(EventKind::UavLost, duty.group);
+                events.push(Event { uav: Some(duty.uav), ..event });
+            }
+        }
+        // The first crew is no news.
+        for on_duty in on_duty.iter().filter(|on_duty| on_duty.group.is_none() && !previous.crew.is_empty()) {
+            let kind = EventKind::UavJoined;
+            events.push(Event { kind, target: None, group: None, to: None, uav: Some(on_duty.uav) });
         }
     }
 

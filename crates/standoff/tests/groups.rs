@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::{Team, scan_of};
+use common::{Team, said, scan_of};
 use proptest::prelude::*;
 use standoff::coordination::clustering::group_count;
 use standoff::*;
@@ -36,7 +36,7 @@ fn all_agents_and_the_fleet_agree_to_the_bit() {
             .iter()
             .filter_map(|message| if let Message::Cue(cue) = message { Some(*cue) } else { None })
             .collect();
-        fleet.hear(now, team.states.iter().zip(scans.iter().map(scan_of)), &cues);
+        fleet.hear(now, said(&team.states, &scans), &cues);
         let states = team.states.clone();
         for (index, agent) in team.agents.iter_mut().enumerate() {
             let alone = agent.step(now, &states[index], scan_of(&scans[index]), &inbox);
@@ -175,7 +175,7 @@ proptest! {
             if let Some(state) = said.get_mut(silent as usize).filter(|_| (30..50).contains(&tick)) {
                 state.speed_m_s = f64::NAN;
             }
-            fleet.hear(now, said.iter().zip(scans.iter().map(scan_of)), &cues);
+            fleet.hear(now, self::said(&said, &scans), &cues);
             let picture = fleet.picture().clone();
             let team = picture.crew.len();
             let live = picture.known.iter().filter(|known| !known.track.is_lost()).count();

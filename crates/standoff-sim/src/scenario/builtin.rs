@@ -19,6 +19,10 @@ macro_rules! built_in {
 pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/01-one-uav",
     "tour/02-two-uavs",
+    "tour/03-a-group-that-spreads",
+    "tour/04-two-groups",
+    "tour/05-a-handoff",
+    "tour/06-a-uav-drops-out",
     "traffic/convoy",
     "traffic/city",
     "paper/table-2-single",

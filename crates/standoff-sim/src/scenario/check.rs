@@ -60,6 +60,12 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
     for (index, at) in file.uavs.at.iter_mut().enumerate() {
         problems.check_start(&format!("uavs.at.{index}"), at.numbers());
     }
+    let whom = Allowed::at_least(0.0).at_most((count - 1.0).max(0.0)).because("one of the UAVs, counted from 0");
+    for (index, outage) in file.uavs.outage.iter().enumerate() {
+        let table = format!("uavs.outage.{index}");
+        problems.check_whole(&format!("{table}.uav"), value(&outage.uav), whom);
+        problems.check_span(&table, value(&outage.from_s), value(&outage.until_s));
+    }
     let has_targets = file.targets.as_ref().is_some_and(|targets| targets.scatter.is_some() || !targets.at.is_empty());
     if file.traffic.is_none() && !has_targets {
         problems
@@ -76,11 +82,8 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
     let whom = Allowed::at_least(1.0).at_most(targets.at.len() as f64 + scattered).because("one of the targets");
     for (index, manoeuvre) in targets.manoeuvre.iter_mut().enumerate() {
         let table = format!("targets.manoeuvre.{index}");
-        let (from_s, until_s) = (value(&manoeuvre.from_s), value(&manoeuvre.until_s));
         problems.check_whole(&format!("{table}.target"), value(&manoeuvre.target), whom);
-        problems.check(&format!("{table}.from_s"), from_s, Allowed::at_least(0.0).at_most(1e9));
-        let later = Allowed::at_least(from_s).at_most(1e9).because("not before from_s");
-        problems.check(&format!("{table}.until_s"), until_s, later);
+        problems.check_span(&table, value(&manoeuvre.from_s), value(&manoeuvre.until_s));
         problems.check_start(&table, manoeuvre.numbers());
     }
     if let Some(scatter) = &mut targets.scatter {
@@ -139,6 +142,13 @@ impl Problems {
                 self.add(format!("{table}.{key}"), format!("{drawn}must be {allowed}"));
             }
         }
+    }
+
+    /// From when until when.
+    fn check_span(&mut self, table: &str, from_s: f64, until_s: f64) {
+        self.check(&format!("{table}.from_s"), from_s, Allowed::at_least(0.0).at_most(1e9));
+        let later = Allowed::at_least(from_s).at_most(1e9).because("not before from_s");
+        self.check(&format!("{table}.until_s"), until_s, later);
     }
 
     /// A number that counts things.

@@ -100,6 +100,21 @@ table! {
         ring: Option<Ring> = None;
         /// Or start here, one table per UAV.
         at: Vec<UavAt> = Vec::new();
+        /// Who drops out, and when.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        outage: Vec<Outage> = Vec::new();
+    }
+}
+
+table! {
+    /// `[[uavs.outage]]`: for some time a UAV sees nothing and is not heard; it circles where it is.
+    Outage {
+        /// Which UAV: 0 is the first.
+        uav = 0.0;
+        /// From when, s.
+        from_s = 0.0;
+        /// Until when, s.
+        until_s = 1e9;
     }
 }
 

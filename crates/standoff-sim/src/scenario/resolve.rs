@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, Velocity};
+use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::check::{Problems, check_settings, check_who};
@@ -11,7 +11,7 @@ use super::file::{self, ScenarioFile, TargetAt};
 use super::load::Typed;
 use super::number::{Number, of, value};
 use super::team::team;
-use super::{CueError, Manoeuvre, Noise, Scenario, Settings, Targets, start};
+use super::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targets, start};
 use crate::draws::{Draws, Stream};
 use crate::traffic::{self, Traffic};
 
@@ -40,11 +40,17 @@ pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioE
         None => random_targets(&mut typed.file, draws),
     };
     let uavs = start::uavs(&mut typed.file, &settings.team, &targets);
+    let outages = typed.file.uavs.outage.iter().map(|outage| Outage {
+        uav: UavId(value(&outage.uav) as u32),
+        from_s: value(&outage.from_s),
+        until_s: value(&outage.until_s),
+    });
     Ok(Scenario {
         name: typed.name.clone(),
         about: typed.file.about.clone(),
         seed,
         uavs,
+        outages: outages.collect(),
         targets,
         warnings: warnings(&settings.team, settings.period),
         resolved: resolved_text(&typed)?,
@@ -108,6 +114,11 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
     for (index, at) in file.uavs.at.iter_mut().enumerate() {
         for (key, number) in at.numbers() {
             draw(format!("uavs.at.{index}.{key}"), number);
+        }
+    }
+    for (index, outage) in file.uavs.outage.iter_mut().enumerate() {
+        for (key, number) in outage.numbers() {
+            draw(format!("uavs.outage.{index}.{key}"), number);
         }
     }
     if let Some(targets) = &mut file.targets {

@@ -85,6 +85,10 @@ pub enum EventKind {
     LeftOut(WithdrawalReason),
     /// A UAV serves another group than before.
     Reassigned(AssignmentReason),
+    /// A UAV was not heard for too long: the team goes on without it.
+    UavLost,
+    /// A UAV came in, or came back.
+    UavJoined,
     /// No orbit satisfies every constraint any more.
     OrbitInfeasible {
         /// Smallest radius that view, turn rate and bounds allow, m.
@@ -185,6 +189,8 @@ impl EventKind {
             Self::TakenBack => "taken-back",
             Self::LeftOut(_) => "left-out",
             Self::Reassigned(_) => "reassigned",
+            Self::UavLost => "uav-lost",
+            Self::UavJoined => "uav-joined",
             Self::OrbitInfeasible { .. } => "orbit-infeasible",
             Self::OrbitFeasible => "orbit-feasible",
             Self::UavsClose { .. } => "uavs-close",
@@ -248,6 +254,8 @@ impl fmt::Display for EventKind {
             Self::Reassigned(AssignmentReason::GroupDissolved) => f.write_str("a group has ended"),
             Self::Reassigned(AssignmentReason::UavJoined) => f.write_str("a UAV has joined the team"),
             Self::Reassigned(AssignmentReason::UavLost) => f.write_str("a UAV has been silent for too long"),
+            Self::UavLost => f.write_str("not heard for too long; the team goes on without it"),
+            Self::UavJoined => f.write_str("heard for the first time, or again"),
             Self::OrbitInfeasible { smallest_m, largest_m } if smallest_m.is_finite() => write!(
                 f,
                 "view, turn rate and r_d,min need an orbit of at least {smallest_m:.0} m, \

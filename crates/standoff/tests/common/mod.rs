@@ -36,6 +36,14 @@ pub fn scan_of(scan: &OwnedScan) -> Scan<'_> {
     Scan { boresight: scan.0, detections: &scan.1 }
 }
 
+/// What all UAVs, by ascending id, say to a fleet.
+pub fn said<'a>(
+    states: &'a [UavState],
+    scans: &'a [OwnedScan],
+) -> impl Iterator<Item = (UavId, &'a UavState, Scan<'a>)> {
+    (0..).zip(states).zip(scans).map(|((id, state), scan)| (UavId(id), state, scan_of(scan)))
+}
+
 impl Team {
     /// UAVs on a ring of 450 m about the targets' start.
     pub fn new(uavs: u32, targets: u32) -> Self {
