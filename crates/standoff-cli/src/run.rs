@@ -24,9 +24,9 @@ Examples:
 /// What to fly, and where the results go.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// A built-in scenario's name, or a scenario file.
-    #[arg(default_value = DEFAULT_SCENARIO)]
-    scenario: String,
+    /// A built-in scenario's name, or a scenario file [default: paper/figure-9; with --traffic, the settings of
+    /// traffic/convoy].
+    scenario: Option<String>,
     /// Fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
     #[arg(long, value_name = "FILE")]
     traffic: Option<PathBuf>,
@@ -47,7 +47,11 @@ pub(crate) struct Args {
     json: bool,
 }
 
+/// What is flown if nothing is named.
 const DEFAULT_SCENARIO: &str = "paper/figure-9";
+
+/// How a traffic file is flown if no scenario is named.
+const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
 
 impl Default for Args {
     fn default() -> Self {
@@ -57,7 +61,9 @@ impl Default for Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let edits = Edits { set: args.set.clone(), traffic: args.traffic.clone(), uavs: args.uavs };
-    let scenario = Scenario::load(&args.scenario, &edits, args.seed).map_err(Failure::input)?;
+    let default = if args.traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
+    let name = args.scenario.as_deref().unwrap_or(default);
+    let scenario = Scenario::load(name, &edits, args.seed).map_err(Failure::input)?;
     for warning in &scenario.warnings {
         note(&format!("warning: {warning}"));
     }

@@ -67,6 +67,7 @@ impl TeamParams {
                 handoff_margin_m: 50.0,
                 dwell_min_s: 3.0,
                 dwell_max_s: 30.0,
+                review_period_s: 30.0,
                 objective: Objective::LogDet,
                 altitude_lowest_m: 300.0,
                 altitude_step_m: 50.0,

@@ -60,6 +60,7 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
             handoff_margin_m: value(&groups.handoff_margin_m),
             dwell_min_s: value(&groups.dwell_min_s),
             dwell_max_s: value(&groups.dwell_max_s),
+            review_period_s: value(&groups.review_period_s),
             objective: match groups.objective {
                 file::Objective::LogDet => Objective::LogDet,
                 file::Objective::Printed => Objective::Printed,
@@ -113,6 +114,7 @@ pub(super) const KEYS: &[(&str, &str)] = &[
     ("handoff_margin_m", "groups.handoff_margin_m"),
     ("dwell_min_s", "groups.dwell_min_s"),
     ("dwell_max_s", "groups.dwell_max_s"),
+    ("review_period_s", "groups.review_period_s"),
     ("altitude_lowest_m", "groups.altitude_lowest_m"),
     ("altitude_step_m", "groups.altitude_step_m"),
     ("separation_alarm_m", "groups.separation_alarm_m"),

@@ -68,6 +68,9 @@ pub struct GroupParams {
     pub dwell_min_s: f64,
     /// Longest dwell, s; at least `dwell_min_s`; 0 switches the dwell off.
     pub dwell_max_s: f64,
+    /// So often it is asked whether a group's UAVs could watch far more targets by forming another, s; at least 0; 0
+    /// switches it off, as in the paper.
+    pub review_period_s: f64,
     /// What the assignment of UAVs to groups maximises.
     pub objective: Objective,
     /// Altitude of the lowest orbit above the plane, m; above 0.
@@ -97,6 +100,7 @@ impl GroupParams {
             self.dwell_max_s,
             &mut errors,
         );
+        seconds.check("review_period_s", self.review_period_s, &mut errors);
         let altitude = Allowed::above(0.0).at_most(2e4);
         altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
         altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);

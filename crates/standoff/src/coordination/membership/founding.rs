@@ -9,9 +9,6 @@ use crate::coordination::need::Need;
 use crate::frame::Position;
 use crate::time::Duration;
 
-/// So often it is asked whether UAVs could watch more targets elsewhere.
-const REVIEW_PERIOD: Duration = Duration::from_us(10_000_000);
-
 impl Settling<'_> {
     /// The nothing before is clustered into groups.
     ///
@@ -73,10 +70,12 @@ impl Settling<'_> {
     /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
     /// forming a group of its own targets and those outside.
     pub(super) fn review(&mut self, wanted: usize) {
-        if self.now < *self.next_review || self.group_ids() < wanted || !self.known.iter().any(Known::is_outside) {
+        let period_s = self.params.group.review_period_s;
+        let is_due = period_s > 0.0 && self.now >= *self.next_review && self.group_ids() >= wanted;
+        if !is_due || !self.known.iter().any(Known::is_outside) {
             return;
         }
-        *self.next_review = self.now + REVIEW_PERIOD;
+        *self.next_review = self.now + Duration::from_s(period_s);
         let mut most: Option<(usize, usize, GroupId)> = None;
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];

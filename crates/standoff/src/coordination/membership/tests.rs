@@ -321,7 +321,7 @@ fn uavs_go_where_more_can_be_watched() {
     for (id, x_m) in [(2, 5000.0), (3, 5010.0), (4, 5020.0), (5, 5030.0)] {
         world.known.push(Known::unassigned(track(id, x_m)));
     }
-    let kinds: Vec<_> = (0..25).flat_map(|_| world.kinds()).collect();
+    let kinds: Vec<_> = (0..65).flat_map(|_| world.kinds()).collect();
     assert_eq!(kinds, ["group-dissolved", "group-founded"]);
     assert_eq!(world.groups(), [(1, vec![2, 3, 4, 5])]);
 }
