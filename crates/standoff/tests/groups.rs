@@ -23,7 +23,7 @@ fn kinds(events: &[Event]) -> Vec<&'static str> {
     events.iter().map(|event| event.kind.name()).filter(|kind| *kind != "cued" && *kind != "acquired").collect()
 }
 
-/// Checks section IV on the way: with a perfect radio all agents found, assign, hand over and discard alike, to the
+/// With a perfect radio all agents found, assign, hand over and discard alike, to the
 /// bit; and a fleet, which keeps one picture, answers as each of them does.
 #[test]
 fn all_agents_and_the_fleet_agree_to_the_bit() {

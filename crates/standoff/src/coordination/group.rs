@@ -222,7 +222,7 @@ impl Group {
 
     /// Judges how the group's UAVs follow its orbit, `dt` after the last time.
     ///
-    /// Implements Lemma 3.1's part of section IV.B.2.
+    /// Implements Lemma 3.1 as section IV.B.2, convergence rule, uses it.
     pub(crate) fn judge(&mut self, crew: impl Iterator<Item = OnDuty> + Clone, dt: Duration, team: &TeamParams) {
         let orbit = self.orbit(&team.group.standoff);
         let best = crew.clone().map(|duty| steer(&team.guidance, &duty.state, &orbit, team.uav.speed_m_s));

@@ -225,7 +225,7 @@ impl Settling<'_> {
 
     /// Removes the furthest target of every group whose orbit runs away, and of every group until its orbit fits.
     ///
-    /// Implements section IV.B.2.
+    /// Implements section IV.B.2 and section IV.B.2, convergence rule.
     fn discard(&mut self) {
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];

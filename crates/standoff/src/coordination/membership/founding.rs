@@ -10,9 +10,9 @@ use crate::frame::Position;
 use crate::time::Duration;
 
 impl Settling<'_> {
-    /// The nothing before is clustered into groups.
+    /// Where there were no groups, all targets are clustered.
     ///
-    /// Implements section IV.A.
+    /// Implements Algorithm 1's place in the mission.
     pub(super) fn found_first(&mut self, wanted: usize) {
         let buffers = &mut *self.buffers;
         buffers.places.clear();

@@ -52,7 +52,7 @@ impl Settling<'_> {
 
     /// Requests a handoff, if the receiving group has room.
     ///
-    /// Implements section IV.B.1 with the dwell (34).
+    /// Implements section IV.B.1, with the dwell (34).
     fn request(&mut self, index: usize, from: GroupId, to: GroupId) {
         let Some(need) = self.has_room(to, index) else { return };
         let (group, guidance) = (&self.params.group, &self.params.guidance);
