@@ -23,7 +23,7 @@ const POINTS: usize = 40_000;
 /// Most UAVs or groups that a legend names.
 pub(super) const MOST_NAMED: usize = 10;
 /// Most groups that have a panel of their own.
-const MOST_PANELS: usize = 4;
+pub(super) const MOST_PANELS: usize = 4;
 /// Opacity that stands for dashes, which the SVG writer does not know, and what it is replaced by.
 const DASHED: f64 = 0.999;
 const DASHES: &str = "stroke-dasharray=\"24 16\"";

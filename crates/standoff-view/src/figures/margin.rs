@@ -1,7 +1,7 @@
 //! Figure `margin`: what a group adds to its spread, and how wrong the centre is that it allows for.
 
 use super::Setup;
-use super::chart::{Drawn, Line, MOST_NAMED, Panel, ink, over_time, share};
+use super::chart::{Drawn, Line, MOST_NAMED, MOST_PANELS, Panel, ink, over_time, share};
 use super::curve::{Curve, Point};
 use super::gather::{Group, Run, place, true_place};
 use standoff::math::hypot;
@@ -29,7 +29,9 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
             dashed: false,
             label: (rank < MOST_NAMED).then(|| format!("group {id}")),
         };
-        let marks = run.groups.values().next().filter(|_| run.groups.len() == 1).map(Group::marks).unwrap_or_default();
+        // Of many groups, everybody's marks would hide the curves.
+        let marked = run.groups.values().filter(|_| run.groups.len() <= MOST_PANELS);
+        let marks = marked.flat_map(Group::marks).collect();
         let lines = run.groups.iter().enumerate().map(line).collect();
         Panel { axis: axis.to_owned(), shown: Some(0.0), lines, marks, ..Panel::default() }
     };

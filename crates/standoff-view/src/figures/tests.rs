@@ -311,7 +311,7 @@ fn a_handoff_and_a_discard_are_marked_on_the_map_and_over_time() {
         for label in ["handoff requested", "handoff completed", "target discarded"] {
             assert_eq!(svg.matches(label).count(), 1, "{name}: {label}");
         }
-        assert!(svg.contains(", group 1 (m)") && svg.contains(", group 2 (m)") && !svg.contains("lost"), "{name}");
+        assert!(svg.contains("group 1") && svg.contains("group 2") && !svg.contains("lost"), "{name}");
     }
     let one_group = drawn(run(2, 4, 60), &setup());
     assert!(!one_group.iter().any(|figure| figure.svg.contains("band") || figure.svg.contains(", group 1 (")));
@@ -366,10 +366,10 @@ fn generations(count: u32) -> Vec<Frame> {
 fn the_longest_lived_of_many_groups_have_panels_and_it_says_so() {
     let figures = drawn(generations(9), &setup());
     assert_sound(&figures);
-    let svg = svg(&figures, "margin");
-    assert!(svg.contains("&lt;group&gt; (the 4 longest-lived of 10 groups)"));
+    let svg = svg(&figures, "standoff_distance");
+    assert!(svg.contains("(the 4 longest-lived of 10 groups)"));
     assert_eq!(
-        [0, 6, 7, 8, 9].map(|id| svg.contains(&format!("Margin and error, group {id} (m)"))),
+        [0, 6, 7, 8, 9].map(|id| svg.contains(&format!("Distance to centre, group {id} (m)"))),
         [true, false, true, true, true]
     );
     assert!(!drawn(handoff(200), &setup()).iter().any(|figure| figure.svg.contains("longest-lived")));

@@ -233,10 +233,9 @@ impl Settling<'_> {
             let diverging = self.previous.iter().find(|group| group.id == id).and_then(|group| {
                 (group.diverging.s() > self.params.group.convergence_patience_s).then_some(group.threshold_m2_s?)
             });
-            if let Some(threshold_m2_s) = diverging {
-                if let Some(need) = self.need(id).filter(|need| need.members() > 1) {
-                    self.let_go(id, need.furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
-                }
+            let need = self.need(id).filter(|need| need.members() > 1);
+            if let Some((threshold_m2_s, need)) = diverging.zip(need) {
+                self.let_go(id, need.furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
             }
             let allowed_m = self.params.group.standoff.radius_max_m;
             while let Some(need) = self.need(id).filter(|need| need.members() > 1) {
