@@ -93,6 +93,7 @@ pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
             standoff_rate_m_s: group.standoff.rate_m_s,
             turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
             feasible: group.is_feasible(),
+            convergence_threshold_m2_s: group.threshold_m2_s,
             altitude_m: group.altitude_m,
             separation_m: group.separation_m,
         }

@@ -432,6 +432,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             standoff_rate_m_s: -0.0,
             turn_limit_m: instant.is_multiple_of(3).then_some(150.0),
             feasible: instant.is_multiple_of(2),
+            convergence_threshold_m2_s: instant.is_multiple_of(4).then_some(-5.0 - t),
             altitude_m: 1500.0,
             separation_m: instant.is_multiple_of(5).then_some(400.0 + t),
         }],

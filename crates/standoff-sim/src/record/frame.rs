@@ -159,6 +159,9 @@ pub struct GroupRow {
     pub turn_limit_m: Option<f64>,
     /// Some orbit satisfies every constraint.
     pub feasible: bool,
+    /// Lemma 3.1's threshold for that of its UAVs which follows best, at nominal speed, m2/s: what a discard by
+    /// convergence goes by; `None`: no UAV, or a centre too fast.
+    pub convergence_threshold_m2_s: Option<f64>,
     /// Altitude of the group's orbit, above the plane, m.
     pub altitude_m: f64,
     /// Smallest distance between two of its UAVs, m.

@@ -78,7 +78,7 @@ table! { "tracks", TrackRow:
 
 table! { "groups", GroupRow:
     group, members, x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, standoff_unclamped_m,
-    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, altitude_m, separation_m
+    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, convergence_threshold_m2_s, altitude_m, separation_m
 }
 
 table! { "detections", DetectionRow:

@@ -92,6 +92,7 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         standoff_rate_m_s: 0.0,
         turn_limit_m: None,
         feasible: true,
+        convergence_threshold_m2_s: None,
         altitude_m: 0.0,
         separation_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
     });

@@ -5,8 +5,7 @@
 //! ```
 //!
 //! Erratum: (30) prints the norm, the text says squares; squares it is, for which the mean is the best centroid. The
-//! paper starts from random centroids; here the start is found by trying a few deterministic ones, and from then on
-//! each clustering starts from the last one, so that a cluster stays itself from tick to tick. No cluster is ever
+//! paper starts from random centroids; here a few starts are tried, the same in every run, and from then on each clustering starts from the last one, so that a cluster stays itself from tick to tick. No cluster is ever
 //! empty: its last target stays.
 
 use crate::frame::Position;
@@ -14,8 +13,8 @@ use crate::frame::Position;
 /// Lloyd's iterations end by themselves long before; this bounds them where rounding would let them cycle.
 const ITERATIONS_MAX: u32 = 100;
 
-/// So many starts are tried when there is no last clustering.
-const STARTS_MAX: usize = 8;
+/// When there is no last clustering, so many starts are spread as far as can be, and so many are drawn.
+const STARTS: (usize, usize) = (8, 24);
 
 /// Number of groups for so many UAVs and targets: half the UAVs, halves rounded up, and never more than the targets.
 ///
@@ -36,14 +35,20 @@ pub struct Clusters {
 impl Clusters {
     /// Clusters the positions into `k` groups from nothing; fewer if there are fewer positions.
     ///
-    /// Implements Algorithm 1. Each start spreads its centroids as far as can be from a different first position; the
-    /// one that ends with the smallest (30) counts, the first of equals.
+    /// Implements Algorithm 1. Some starts spread their centroids as far as can be from different first positions, some
+    /// draw them, likelier the further they are, from a fixed sequence; the one that ends with the smallest (30) counts,
+    /// the first of equals.
     pub fn found(&mut self, positions: &[Position], k: usize) {
         let k = k.min(positions.len());
-        let starts = if k > 1 { positions.len().min(STARTS_MAX) } else { 1 };
+        let n = positions.len();
+        let (spread, drawn) = if k > 1 { (n.min(STARTS.0), STARTS.1) } else { (1, 0) };
+        let mut draw = Draw(0x9E37_79B9_7F4A_7C15);
         let mut best: Option<(f64, Vec<usize>)> = None;
-        for start in 0..starts {
-            self.spread_from(start * positions.len() / starts, positions, k);
+        for start in 0..spread + drawn {
+            match start.checked_sub(spread) {
+                None => self.start(start * n / spread, positions, k, furthest),
+                Some(_) => self.start(draw.below(n), positions, k, |distances_m2| draw.likelier_further(distances_m2)),
+            }
             self.refine(positions, k, 0.0);
             let cost_m2 = self.cost_m2(positions);
             if best.as_ref().is_none_or(|(least_m2, _)| cost_m2 < *least_m2) {
@@ -105,30 +110,61 @@ impl Clusters {
         }
     }
 
-    /// Picks `first`, then again and again the position furthest from all picked; the others go to the nearest pick.
-    fn spread_from(&mut self, first: usize, positions: &[Position], k: usize) {
+    /// Picks `first`, then again and again what `pick` says, given the squared distances to the nearest pick, of picks
+    /// -1; the others go to the nearest pick.
+    fn start(&mut self, first: usize, positions: &[Position], k: usize, mut pick: impl FnMut(&[f64]) -> usize) {
         self.of.clear();
         self.of.resize(positions.len(), 0);
-        let mut picked = vec![first];
-        let mut distance_m2: Vec<f64> = positions.iter().map(|x| squared_m2(*x, positions[first])).collect();
-        while picked.len() < k {
-            let mut next: Option<usize> = None;
-            for index in (0..positions.len()).filter(|index| !picked.contains(index)) {
-                if next.is_none_or(|best| distance_m2[index] > distance_m2[best]) {
-                    next = Some(index);
-                }
-            }
-            let Some(next) = next else { break };
+        let mut distances_m2: Vec<f64> = positions.iter().map(|x| squared_m2(*x, positions[first])).collect();
+        distances_m2.get_mut(first).into_iter().for_each(|distance_m2| *distance_m2 = -1.0);
+        for cluster in 1..k {
+            let next = pick(&distances_m2);
             for (index, position) in positions.iter().enumerate() {
                 let to_next_m2 = squared_m2(*position, positions[next]);
-                if to_next_m2 < distance_m2[index] {
-                    (distance_m2[index], self.of[index]) = (to_next_m2, picked.len());
+                if to_next_m2 < distances_m2[index] {
+                    (distances_m2[index], self.of[index]) = (to_next_m2, cluster);
                 }
             }
             // Also where positions coincide, a pick founds its own cluster.
-            self.of[next] = picked.len();
-            picked.push(next);
+            (distances_m2[next], self.of[next]) = (-1.0, cluster);
         }
+    }
+}
+
+/// The furthest position, the first of equals.
+fn furthest(distances_m2: &[f64]) -> usize {
+    let mut best = 0;
+    for (index, distance_m2) in distances_m2.iter().enumerate() {
+        if *distance_m2 > distances_m2[best] {
+            best = index;
+        }
+    }
+    best
+}
+
+/// Numbers without a pattern, the same in every run: xorshift.
+pub(crate) struct Draw(pub(crate) u64);
+
+impl Draw {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 33) as usize % n.max(1)
+    }
+
+    /// A position that is no pick, with a probability that grows with its squared distance.
+    fn likelier_further(&mut self, distances_m2: &[f64]) -> usize {
+        const PARTS: usize = 1 << 24;
+        let sum_m2: f64 = distances_m2.iter().filter(|distance_m2| **distance_m2 > 0.0).sum();
+        let mut left_m2 = sum_m2 * self.below(PARTS) as f64 / PARTS as f64;
+        for (index, distance_m2) in distances_m2.iter().enumerate().filter(|(_, distance_m2)| **distance_m2 > 0.0) {
+            left_m2 -= distance_m2;
+            if left_m2 < 0.0 {
+                return index;
+            }
+        }
+        furthest(distances_m2)
     }
 }
 
@@ -189,8 +225,8 @@ mod tests {
         assert_eq!(found(&[], 2), [0; 0]);
     }
 
-    /// Checks Algorithm 1 against every partition of eight targets into three groups: the best (30) in nine of ten
-    /// worlds without any structure, and nowhere worse by half.
+    /// Checks Algorithm 1 against every partition of eight targets into three groups: the best (30) in 99 of 100
+    /// worlds without any structure, and nowhere worse by a tenth.
     #[test]
     fn few_starts_come_close_to_the_best_of_all_partitions() {
         let (mut best_found, mut draw) = (0, 1u64);
@@ -210,10 +246,10 @@ mod tests {
                     least = least.min(Clusters { of, ..Clusters::default() }.cost_m2(&positions));
                 }
             }
-            assert!(got <= 1.5 * least, "{got} {least}");
+            assert!(got <= 1.1 * least, "{got} {least}");
             best_found += u32::from(got <= least * (1.0 + 1e-9));
         }
-        assert!(best_found >= 270, "{best_found} of 300");
+        assert!(best_found >= 297, "{best_found} of 300");
     }
 
     /// A cluster stays itself while its targets move, also past another one's old place.

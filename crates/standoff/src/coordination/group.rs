@@ -177,8 +177,8 @@ impl Group {
         let (params, uav) = (&team.group, &team.uav);
         let estimate = |index: usize| known[index].track.estimate();
         let centroid = Centroid::of(members.clone().map(estimate))?;
+        let is_unchanged = before.as_ref().is_some_and(|before| before.members.clone().eq(members.clone()));
         let carried = before.as_ref().and_then(|before| {
-            let is_unchanged = before.members.clone().eq(members.clone());
             let shift = match params.on_membership_change {
                 OnMembershipChange::Shift if !is_unchanged => {
                     membership_shift(known, before.members.clone(), &centroid)
@@ -214,7 +214,8 @@ impl Group {
             largest_m: params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m),
             altitude_m: before.as_ref().map_or(params.altitude_lowest_m, |before| before.group.altitude_m),
             threshold_m2_s: None,
-            diverging: before.as_ref().map_or(Duration::ZERO, |before| before.group.diverging),
+            // With other members it is another orbit, and patience begins anew.
+            diverging: before.as_ref().filter(|_| is_unchanged).map_or(Duration::ZERO, |old| old.group.diverging),
             separation_m: None,
             alarms: before.map_or_else(Alarms::default, |before| before.group.alarms),
         })

@@ -110,6 +110,7 @@ pub(crate) struct Buffers {
     groups: Vec<GroupId>,
     centroids: Vec<(GroupId, Centroid)>,
     candidates: Vec<(f64, usize, GroupId)>,
+    wanted: Vec<(usize, GroupId)>,
 }
 
 /// One instant's settling of who belongs where.
@@ -173,7 +174,8 @@ impl Settling<'_> {
         self.buffers.groups.len()
     }
 
-    /// Every target outside joins the nearest group whose orbit has room to spare.
+    /// Every target outside joins the nearest group whose orbit has room to spare; one that only fits once another has
+    /// joined waits for the next instant.
     ///
     /// Implements section IV.B.2, beyond the paper: discarded targets are taken back.
     fn take_in(&mut self) {
@@ -204,8 +206,9 @@ impl Settling<'_> {
                     _ => EventKind::Joined,
                 };
                 self.events.push(Event::of_target(kind, self.known[index].track.target, Some(id)));
-                // A member is in view; until then the orbit only makes room for it.
-                self.known[index].membership = match self.is_seen_by_all(index, id) {
+                // A member is in view; until then the orbit only makes room for it, if there is a dwell.
+                let at_once = self.params.group.dwell_max_s <= 0.0 || self.is_seen_by_all(index, id);
+                self.known[index].membership = match at_once {
                     true => Membership::Member(id),
                     false => {
                         let (requested_at, dwell) = (self.now, Duration::ZERO);

@@ -5,6 +5,7 @@ use core::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use super::{Block, Problem, Score};
+use crate::coordination::clustering::Draw;
 
 /// So often UAVs are pulled out and given back.
 const TRIALS: u32 = 2000;
@@ -70,18 +71,6 @@ fn swap(blocks: &mut [Block], draw: &mut Draw) {
 
 fn join(block: &mut Block, uav: usize) {
     block.insert(block.partition_point(|member| *member < uav), uav);
-}
-
-/// Numbers without a pattern, the same in every run: xorshift.
-struct Draw(u64);
-
-impl Draw {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 33) as usize % n.max(1)
-    }
 }
 
 /// A problem, and what has been learnt about it.

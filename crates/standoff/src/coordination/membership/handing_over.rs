@@ -25,16 +25,18 @@ impl Settling<'_> {
             buffers.clusters.of.push(cluster);
         }
         buffers.clusters.refine(&buffers.positions, buffers.groups.len(), self.params.group.handoff_margin_m);
-        for place in 0..self.buffers.places.len() {
-            let index = self.buffers.places[place];
-            let wanted = self.buffers.groups[self.buffers.clusters.of[place]];
+        // By their ids: a group may end on the way.
+        buffers.wanted.clear();
+        let ids = buffers.clusters.of.iter().map(|cluster| buffers.groups[*cluster]);
+        buffers.wanted.extend(buffers.places.iter().copied().zip(ids));
+        for place in 0..self.buffers.wanted.len() {
+            let (index, wanted) = self.buffers.wanted[place];
             match self.known[index].membership {
                 Membership::Member(group) if group != wanted => self.request(index, group, wanted),
                 Membership::Dwell(handoff) => self.end_dwell(index, handoff, wanted),
                 _ => {}
             }
         }
-        self.fill_roster();
     }
 
     /// A group all of whose members are on their way to others keeps the first of them.
@@ -84,6 +86,7 @@ impl Settling<'_> {
         } else if is_last {
             self.withdraw(index, WithdrawalReason::NotSeen);
         }
+        self.fill_roster();
     }
 
     /// Whether each UAV of a group has the target in view, by its estimate and with one standard deviation to spare.

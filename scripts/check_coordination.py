@@ -1,0 +1,547 @@
+#!/usr/bin/env python3
+"""Replay who belongs to which group of a flown record, and which UAV serves it, in plain NumPy, and compare.
+
+Usage: check_coordination.py <record folder>
+
+An implementation of its own of section IV of the paper that check_equations.py names, with the rules that the project
+adds to it. At each instant it starts from where everybody belonged at the last one, as recorded, and from the recorded
+estimates: it clusters (30), hands over with dwell (34), discards, takes back, founds and dissolves groups, assigns
+UAVs (31-33), and compares with what the record says of the instant: places, events, crews, altitudes, alarms.
+
+Prints lines like check_equations.py. Of a clustering from nothing and of an assignment only the worth is compared, with
+the best of many random starts and of all assignments. Exits with 1 and a message if a tolerance is exceeded.
+
+Not checked: assignments of more than EXHAUSTIVE_MAX UAVs, teams whose UAVs come and go, the words of a reason beyond
+its first number.
+"""
+
+import re
+import sys
+from collections import Counter
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+
+from check_equations import (
+    POSITION, ROUNDING, VELOCITY, direction, equation_7, equation_15, equations_13_20_22, equations_28_29, lemma_3_1,
+    main, margin_in_metres, unit, wrap)
+
+EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
+INERTIA = 0.5  # ln det per target of its group that staying counts for a UAV
+LN_DET_FLOOR = np.log(1e-24)  # what a target counts for of which nobody tells anything
+LN_DET_STEP = 1e-6  # in which scores are rounded
+STARTS = 60  # of the clusterings that the recorded ones are compared with
+NOT_THE_BEST = 0.05  # of the cost (30): so much worse than the best a clustering may be
+SAME_M = 1e-6  # distances that differ by rounding alone
+REPLAYED = ["group-founded", "group-dissolved", "joined", "handoff-requested", "handoff-completed", "handoff-withdrawn",
+            "discarded", "taken-back", "left-out"]
+STATED = {"handoff-requested": 0.05}  # rounding of the number in a reason; of others 0.5
+UNASSIGNED, DISCARDED = ("unassigned", None, None), ("discarded", None, None)
+
+
+def member(group):
+    return "member", group, None
+
+
+def check_places(record, compare):
+    """Where every target belongs, and every event of groups and their members."""
+
+    def key(event):
+        return event.kind, event.target, event.group, event.to_group
+
+    memory = SimpleNamespace(dwells={}, diverging={}, next_group=0, next_review=0, random=np.random.default_rng(1))
+    for before, time in zip([None, *record.times], record.times):
+        instant = Instant(record, before, time, memory, compare)
+        instant.settle()
+        recorded = {target: (row.place, row.group, row.to_group) for target, row in record.tracks[time].items()}
+        wrong = [target for target in recorded if instant.places[target] != recorded[target]]
+        compare("section IV: place and groups of a target", 0, np.isin(list(recorded), wrong))
+        told = [event for event in record.events[time] if event.kind in REPLAYED]
+        compare("section IV: events not recorded, or others", 0, differing(map(key, told), map(key, instant.events)))
+        for event in instant.events:
+            same = [other for other in told if key(other) == key(event)]
+            if same and event.number is not None:
+                compare(f"{event.kind}: number in the reason", stated(same[0]), event.number, scale=1.0,
+                        tolerance=STATED.get(event.kind, 0.5) + ROUNDING)
+        instant.remember_diverging()
+
+
+def differing(recorded, computed):
+    """How many things are only in one of the two, in whatever order."""
+    recorded, computed = Counter(recorded), Counter(computed)
+    return ((recorded - computed) + (computed - recorded)).total()
+
+
+def stated(event):
+    """The first number in the reason of an event."""
+    number = re.search(r"-?\d+(\.\d+)?", event.reason)
+    return float(number[0]) if number else None
+
+
+class Instant:
+    """One instant's settling of who belongs where; a place is what it is called, the group, the receiving group."""
+
+    def __init__(self, record, before, time, memory, compare):
+        self.record, self.scenario, self.before, self.time = record, record.scenario, before, time
+        self.memory, self.compare, self.events = memory, compare, []
+        self.tracks, self.orbit, self.rules = record.tracks[time], record.scenario["orbit"], record.scenario["groups"]
+        old = record.tracks[before] if before is not None else {}
+        self.places = {target: (row.place, row.group, row.to_group) for target, row in old.items()}
+        self.old_groups = set(record.groups[before]) if before is not None else set()
+        self.crew = {group: [row for uav, row in record.uavs[time].items() if record.uavs[before][uav].group == group]
+                     for group in self.old_groups}
+
+    def settle(self):
+        for target in set(self.places) - set(self.tracks):
+            self.withdraw(target, lost=True)
+            del self.places[target]
+        for target in self.tracks:
+            self.places.setdefault(target, UNASSIGNED)
+        # Half as many groups as UAVs, halves rounded up, and never more than targets.
+        wanted = min((len(self.record.uavs[self.time]) + 1) // 2, len(self.tracks))
+        if not self.groups():
+            self.found_first(wanted)
+        else:
+            while len(self.groups()) > max(wanted, 1):
+                self.dissolve_smallest()
+            self.take_in()
+            self.review(wanted)
+            while len(self.groups()) < wanted and self.found_another():
+                pass
+            self.hand_over()
+        self.discard()
+        dissolved = {event.group for event in self.events if event.kind == "group-dissolved"}
+        for group in self.old_groups - set(self.groups()) - dissolved:
+            self.tell("group-dissolved", group=group)
+        self.compare("(30) number of groups", len(self.groups()), wanted)
+
+    def tell(self, kind, target=None, group=None, to_group=None, number=None):
+        self.events.append(SimpleNamespace(kind=kind, target=target, group=group, to_group=to_group, number=number))
+
+    def groups(self):
+        return sorted({group for place in self.places.values() for group in place[1:] if group is not None})
+
+    def members(self, group):
+        return [target for target, place in sorted(self.places.items()) if group in place[1:]]
+
+    def outside(self):
+        return [target for target, place in sorted(self.places.items()) if place[0] in ["unassigned", "discarded"]]
+
+    def position(self, target):
+        return self.tracks[target].position
+
+    def positions(self, targets):
+        return np.array([self.position(target) for target in targets]).reshape(-1, 2)
+
+    def need(self, targets):
+        """What an orbit about these targets needs, by their centroid; without the printed margin (16)."""
+        rows = {target: self.tracks[target] for target in targets}
+        centre = np.mean([row.state for row in rows.values()], axis=0)
+        distances = {target: np.hypot(*(row.position - centre[POSITION])) for target, row in rows.items()}
+        furthest = self.furthest(distances)
+        apart = rows[furthest].position - centre[POSITION]
+        toward = unit(direction(apart)) if apart.any() else np.zeros(2)
+        mahalanobis = self.orbit["margin"] == "mahalanobis"
+        margin = 0.0 if mahalanobis else margin_in_metres(self.orbit["margin_sds"], toward, furthest, rows)
+        spread_rate = toward @ (rows[furthest].velocity - centre[VELOCITY])
+        unclamped, radius, rate = equation_15(self.scenario, distances[furthest], spread_rate, margin)
+        has_room = (unclamped <= self.orbit["take_back_fraction"] * self.orbit["radius_max_m"]
+                    and radius * rate <= self.rules["convergence_limit_m2_s"] / 2)
+        return SimpleNamespace(centre=centre[POSITION], furthest=furthest, unclamped=unclamped, radius=radius,
+                               rate=rate, has_room=has_room)
+
+    def furthest(self, distances):
+        """The last of equals, as the two of a pair always are: there rounding decides, and the record is believed."""
+        tied = [target for target, distance in distances.items() if distance > max(distances.values()) - SAME_M]
+        return max(tied, key=lambda target: (self.tracks[target].group is None,
+                                             self.tracks[target].group != self.places[target][1], target))
+
+    def reach(self):
+        """How far from the centre a target can be in an orbit with room to spare and without a margin."""
+        radius_per_metre, _, _ = equation_15(self.scenario, 1.0, 0.0, 0.0)
+        return self.orbit["take_back_fraction"] * self.orbit["radius_max_m"] / radius_per_metre
+
+    def found_first(self, wanted):
+        """Targets of which none is watched are clustered; groups are numbered by their first targets."""
+        founded = {}
+        for target, row in sorted(self.tracks.items()):
+            group = self.recorded_founder(target)
+            founded.setdefault(group, self.memory.next_group + len(founded))
+            self.places[target] = member(founded[group])
+        self.memory.next_group += len(founded)
+        for group in founded.values():
+            self.tell("group-founded", group=group, number=len(self.members(group)))
+        self.compare_cost(sorted(self.tracks), [self.places[target][1] for target in sorted(self.tracks)], wanted)
+
+    def recorded_founder(self, target):
+        """The group that a target was in when it was founded at this instant, even if it left at once."""
+        left = [event.group for event in self.record.events[self.time] if event.target == target
+                and event.kind in ["discarded", "handoff-completed"]]
+        return left[0] if left else self.tracks[target].group
+
+    def compare_cost(self, targets, groups, count):
+        """A clustering from nothing with the best of many."""
+        positions = self.positions(targets)
+        clusters = np.unique(groups, return_inverse=True)[1]
+        costs = [clustered(positions, count, self.memory.random) for _ in range(STARTS if count else 0)]
+        best = min(costs, default=0.0)
+        above = max(equation_30(positions, clusters) / best - 1.0, 0.0) if best > 0.0 else 0.0
+        self.compare("(30) cost of a clustering above the best found", 0.0, above, tolerance=NOT_THE_BEST)
+
+    def dissolve_smallest(self):
+        """Ends the group with the fewest members; of equals the youngest."""
+        self.dissolve(min(self.groups(), key=lambda group: (len(self.members(group)), -group)))
+
+    def dissolve(self, group, number=None):
+        self.tell("group-dissolved", group=group, number=number)
+        for target in self.members(group):
+            _, passing, receiving = self.places[target]
+            if receiving == group:
+                self.withdraw(target)
+            elif receiving is not None:
+                self.complete(target)
+            else:
+                self.places[target] = UNASSIGNED
+
+    def take_in(self):
+        """Targets outside join the nearest groups that have room to spare."""
+        outside, pairs = self.outside(), []
+        for group in self.groups():
+            members = self.members(group)
+            distances = np.hypot(*(self.positions(outside) - self.positions(members).mean(axis=0)).T)
+            # Judged before anybody joins: who joins alone draws the centroid to itself.
+            pairs += [(distance, target, group) for distance, target in zip(distances, outside)
+                      if distance * len(members) / (len(members) + 1) <= self.reach()]
+        for _, target, group in sorted(pairs):
+            if self.places[target] in [UNASSIGNED, DISCARDED] and self.need([*self.members(group), target]).has_room:
+                self.tell("joined" if self.places[target] == UNASSIGNED else "taken-back", target, group)
+                at_once = self.rules["dwell_max_s"] == 0.0 or all(self.views(target, group))
+                self.places[target] = member(group) if at_once else ("dwell", None, group)
+                self.memory.dwells[target] = self.time, 0
+
+    def review(self, wanted):
+        """From time to time, a group ends whose UAVs could watch half as many again of its own targets and those outside."""
+        period = self.rules["review_period_s"] * 1e6
+        is_due = period > 0 and self.time >= self.memory.next_review and len(self.groups()) >= wanted
+        if not is_due or not self.outside():
+            return
+        self.memory.next_review = self.time + period
+        gains = {}
+        for group in self.groups():
+            own = [target for target in self.members(group) if self.places[target] == member(group)]
+            together, least = len(self.gather(own)), len(self.members(group))
+            if together - least >= max(2, least / 2):
+                gains[group] = together - least, together
+        if gains:
+            group = max(gains, key=lambda group: (gains[group][0], -group))
+            self.dissolve(group, gains[group][1])
+
+    def gather(self, others=()):
+        """The most targets, outside and others, that one orbit about one of them could hold."""
+        targets = sorted([*self.outside(), *others])
+        if not targets:
+            return []
+        positions = self.positions(targets)
+        near = np.hypot(*(positions[:, None] - positions).T) <= self.reach()
+        together = [target for target, is_near in zip(targets, near[np.argmax(near.sum(axis=1))]) if is_near]
+        while len(together) > 1 and not self.need(together).has_room:
+            together.remove(self.need(together).furthest)
+        return together
+
+    def found_another(self):
+        """One more group: of targets outside, or else by splitting the one with the largest sum of squares."""
+        founders = self.gather()
+        if not founders:
+            own = {group: [target for target in self.members(group) if self.places[target] == member(group)]
+                   for group in self.groups()}
+            own = {group: targets for group, targets in own.items() if len(targets) > 1}
+            if not own:
+                return False
+            widest = max(own, key=lambda group: (len(own[group]) * equation_30(self.positions(own[group]), 0), -group))
+            founders = [target for target in own[widest] if self.recorded_founder(target) == self.memory.next_group]
+            some = 0 < 2 * len(founders) <= len(own[widest])
+            self.compare("(30) part that splits off: some, at most half", True, some)
+            self.compare_cost(own[widest], [target in founders for target in own[widest]], 2)
+        for target in founders:
+            self.places[target] = member(self.memory.next_group)
+        self.tell("group-founded", group=self.memory.next_group, number=len(founders))
+        self.memory.next_group += 1
+        return True
+
+    def hand_over(self):
+        """Clusters on from the last clustering; requests handoffs, and ends those whose dwell is over."""
+        groups = self.groups()
+        for group in groups:
+            members = self.members(group)
+            if all(self.home(target) != group for target in members):
+                self.withdraw(members[0])
+        targets = [target for target, place in sorted(self.places.items()) if place not in [UNASSIGNED, DISCARDED]]
+        clusters = algorithm_1(self.positions(targets), np.searchsorted(groups, [self.home(t) for t in targets]),
+                               len(groups), self.rules["handoff_margin_m"])
+        for target, wanted in zip(targets, np.array(groups)[clusters]):
+            place, passing, receiving = self.places[target]
+            if place == "dwell":
+                self.end_dwell(target, wanted)
+            elif passing != wanted:
+                self.request(target, passing, wanted)
+
+    def home(self, target):
+        """Where clustering has put a target last."""
+        _, passing, receiving = self.places[target]
+        return passing if receiving is None else receiving
+
+    def request(self, target, passing, receiving):
+        need = self.need([*self.members(receiving), target])
+        if not need.has_room:
+            return
+        longest = self.rules["dwell_max_s"]
+        times = [self.equation_34(uav.position, need) for uav in self.crew.get(receiving, [])]
+        dwell = np.clip(max(times, default=longest), self.rules["dwell_min_s"], longest)
+        self.tell("handoff-requested", target, passing, receiving, dwell)
+        self.places[target], self.memory.dwells[target] = ("dwell", passing, receiving), (self.time, round(dwell * 1e6))
+        if longest == 0.0:
+            self.complete(target)
+
+    def equation_34(self, uav, orbit):
+        """T_hd, with the radial speed of the field (20)."""
+        r = max(np.hypot(*(uav - orbit.centre)), 1.0)
+        inward = (r**2 - orbit.radius**2) / self.scenario["guidance"]["radial_gain"]
+        radial_speed = -self.scenario["uavs"]["speed_m_s"] * inward / np.hypot(inward, 2 * r * orbit.radius)
+        closing = abs(radial_speed - orbit.radius / r * orbit.rate)
+        if r == orbit.radius:
+            return 0.0
+        return abs(r - orbit.radius) / closing if closing > 0.0 else np.inf
+
+    def end_dwell(self, target, wanted):
+        """After the dwell, when all receiving UAVs have the target in view; after the longest, when one has."""
+        _, passing, receiving = self.places[target]
+        requested, dwell = self.memory.dwells[target]
+        if self.time - requested < dwell:
+            return
+        views, is_last = self.views(target, receiving), self.time - requested >= self.rules["dwell_max_s"] * 1e6
+        if passing is not None and wanted != receiving:
+            self.withdraw(target)
+        elif all(views) or is_last and any(views):
+            self.complete(target)
+        elif is_last:
+            self.withdraw(target)
+
+    def views(self, target, group):
+        """Of each UAV of a group, whether it has the target in view, with one standard deviation to spare."""
+        sensor, row = self.scenario["sensor"], self.tracks[target]
+        spare = np.sqrt(np.linalg.eigvalsh(row.p_position)[-1])
+        views = []
+        for uav in self.crew.get(group, []):
+            distance, azimuth = equation_7(uav.position, row.position)
+            views.append(uav.boresight_rad is not None and distance > max(spare, 1.0)
+                         and distance + spare <= sensor["sensing_range_m"]
+                         and abs(wrap(azimuth - uav.boresight_rad)) + spare / distance
+                         <= np.radians(sensor["field_of_view_deg"]) / 2)
+        return views
+
+    def complete(self, target):
+        _, passing, receiving = self.places[target]
+        self.places[target] = member(receiving)
+        if passing is not None:
+            self.tell("handoff-completed", target, passing, receiving)
+
+    def withdraw(self, target, lost=False):
+        place, passing, receiving = self.places[target]
+        if place == "dwell":
+            self.places[target] = DISCARDED if passing is None else member(passing)
+            if passing is not None:
+                self.tell("handoff-withdrawn", target, passing, receiving)
+            elif not lost:
+                self.tell("left-out", target, receiving)
+
+    def discard(self):
+        """Furthest targets of groups whose orbit runs away from the UAVs, or needs more than the largest radius."""
+        for group in self.groups():
+            since, threshold = self.memory.diverging.get(group, (0, None))
+            if since > self.rules["convergence_patience_s"] * 1e6 and len(self.members(group)) > 1:
+                self.let_go(group, self.need(self.members(group)).furthest, threshold)
+            while len(self.members(group)) > 1:
+                need = self.need(self.members(group))
+                if need.unclamped <= self.orbit["radius_max_m"]:
+                    break
+                self.let_go(group, need.furthest, need.unclamped)
+
+    def let_go(self, group, furthest, number):
+        """A target being received goes first; one being passed on is passed at once."""
+        incoming = [target for target in self.members(group) if self.places[target][2] == group]
+        if incoming:
+            self.withdraw(incoming[0])
+        elif self.places[furthest][2] is not None:
+            self.complete(furthest)
+        else:
+            self.places[furthest] = DISCARDED
+            self.tell("discarded", furthest, group, number=number)
+
+    def remember_diverging(self):
+        """For how long Lemma 3.1's threshold of every UAV of a group, at nominal speed, has been below the limit."""
+        diverging, speed = {}, self.scenario["uavs"]["speed_m_s"]
+        elapsed = self.time - self.before if self.before is not None else 0
+        for group, row in self.record.groups[self.time].items():
+            radius, rate, thresholds = row.standoff_distance_m, row.standoff_rate_m_s, []
+            for uav in self.record.uavs[self.time].values():
+                if uav.group == group:
+                    relative = uav.position - row.position
+                    field, _ = equations_13_20_22(self.scenario, relative, radius, rate)
+                    over_ground, too_fast = equations_28_29(field, row.velocity, speed)
+                    radial_speed = (over_ground - row.velocity) @ unit(direction(relative))
+                    if not too_fast:
+                        thresholds.append(lemma_3_1(np.hypot(*relative), radial_speed, radius, rate))
+            self.compare("Lemma 3.1: threshold of a group", row.convergence_threshold_m2_s, max(thresholds, default=None))
+            old = self.memory.diverging.get(group, (0, None))[0] if self.kept_members(group) else 0
+            if thresholds and max(thresholds) < -self.rules["convergence_limit_m2_s"]:
+                diverging[group] = old + elapsed, max(thresholds)
+        self.memory.diverging = diverging
+
+    def kept_members(self, group):
+        """With other members it is another orbit."""
+        now, then = ({target for target, row in self.record.tracks[time].items() if group in [row.group, row.to_group]}
+                     for time in [self.time, self.before])
+        return now == then
+
+
+def equation_30(positions, clusters):
+    """Mean of the squared distances from the centroids."""
+    clusters = np.broadcast_to(clusters, len(positions))
+    squares = [np.sum((positions[clusters == c] - positions[clusters == c].mean(axis=0)) ** 2) for c in set(clusters)]
+    return sum(squares) / len(positions)
+
+
+def algorithm_1(positions, clusters, count, margin):
+    """K-means on from these clusters: a target moves for more than the margin, and never leaves a cluster empty."""
+    clusters, before = clusters.copy(), None
+    while not np.array_equal(clusters, before):
+        before = clusters.copy()
+        centroids = np.array([positions[clusters == c].mean(axis=0) for c in range(count)])
+        distances = np.hypot(*(positions[:, None] - centroids).T).T
+        for i, (own, nearest) in enumerate(zip(before, distances.argmin(axis=1))):
+            if distances[i, own] - distances[i, nearest] > margin and np.sum(clusters == own) > 1:
+                clusters[i] = nearest
+    return clusters
+
+
+def clustered(positions, count, random):
+    """Cost (30) of a K-means from random centroids."""
+    centroids = positions[random.choice(len(positions), count, replace=False)]
+    # Where targets coincide there may be fewer clusters.
+    clusters = np.unique(np.hypot(*(positions[:, None] - centroids).T).argmin(axis=0), return_inverse=True)[1]
+    return equation_30(positions, algorithm_1(positions, clusters, clusters.max() + 1, 0.0))
+
+
+def check_crews(record, compare):
+    """Who serves which group: carried on, or assigned anew where groups came or went, by all possible assignments."""
+    known = 0
+    for before, time in zip([None, *record.times], record.times):
+        groups, uavs = list(record.groups[time]), record.uavs[time]
+        old_groups = list(record.groups[before]) if before is not None else []
+        crew = {uav: row.group for uav, row in uavs.items()}
+        old_crew = {uav: record.uavs[before][uav].group if before is not None else None for uav in uavs}
+        ids = sorted(set(groups) - set(old_groups))
+        compare("ids of new groups", ids, known + np.arange(len(ids)))
+        known += len(ids)
+        if groups == old_groups:
+            compare("crew carried on", 0, sum(crew[uav] != old_crew[uav] for uav in uavs))
+        elif groups:
+            sizes = [list(crew.values()).count(group) for group in groups]
+            compare("UAVs in no group", 0, list(crew.values()).count(None))
+            compare("(33) groups unserved, or served by too many", 0,
+                    sum(not 1 <= size <= max(2, -(-len(uavs) // len(groups))) for size in sizes))
+            if len(uavs) <= EXHAUSTIVE_MAX:
+                worth, best = equation_32(record, time, groups, old_crew)
+                which = record.scenario["groups"]["objective"]
+                compare(f"(32) ln det that another crew gains, {which}", 0.0, max(best - worth, 0.0),
+                        tolerance=LN_DET_STEP * len(groups))
+        moved = [(str(uav), old_crew[uav], crew[uav]) for uav in uavs
+                 if old_crew[uav] is not None and crew[uav] not in [old_crew[uav], None]]
+        told = [(event.uavs, event.group, event.to_group) for event in record.events[time]
+                if event.kind == "reassigned"]
+        compare("re-assignments not recorded, or others", 0, differing(told, moved))
+
+
+def equation_31(sensor, uav, target):
+    """Fisher information of range and azimuth about the target's position."""
+    (dx, dy), (distance, _) = target - uav, equation_7(uav, target)
+    if distance <= 1.0:
+        return np.zeros((2, 2))
+    h = np.array([[dx / distance, dy / distance], [-dy / distance**2, dx / distance**2]])
+    return h.T @ np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2]) @ h
+
+
+def equation_32(record, time, groups, old_crew):
+    """Worth of the recorded assignment, and the largest of all that serve every group by at most so many UAVs."""
+    sensor, uavs = record.scenario["filter"], list(record.uavs[time].values())
+    told = [np.array([[equation_31(sensor, uav.position, row.position) for row in record.members(time, group).values()]
+                      for uav in uavs]) for group in groups]
+    most, n = max(2, -(-len(uavs) // len(groups))), len(groups)
+    crews = [np.array(choice) for choice in product(range(n), repeat=len(uavs))]
+    crews = [crew for crew in crews if all(1 <= size <= most for size in np.bincount(crew, minlength=n))]
+    of_block = {}
+
+    def worth(crew):
+        sums = []
+        for group in range(n):
+            block = tuple(map(int, np.flatnonzero(crew == group)))
+            if (group, block) not in of_block:
+                of_block[group, block] = information_of(told[group][list(block)].sum(axis=0))
+            sums.append(of_block[group, block])
+        return ln_det(sum(sums)) if printed else sum(sums) + INERTIA * staying[crew, range(len(crew))].sum()
+
+    printed = record.scenario["groups"]["objective"] == "printed"
+    information_of = (lambda terms: terms.sum(axis=0)) if printed else (lambda terms: ln_det(terms).sum())
+    recorded = np.array([groups.index(uav.group) for uav in uavs])
+    # A UAV that stays counts for more, by the number of its group's targets.
+    staying = np.array([[told[g].shape[1] * (old_crew[uav] == group) for uav in record.uavs[time]]
+                        for g, group in enumerate(groups)])
+    return worth(recorded), max(worth(crew) for crew in crews)
+
+
+def ln_det(information):
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = np.log(np.linalg.det(information))
+    return np.clip(np.nan_to_num(value, nan=LN_DET_FLOOR), LN_DET_FLOOR, -LN_DET_FLOOR)
+
+
+def check_altitudes(record, compare):
+    """A group keeps its altitude; a new one takes the lowest that is free."""
+    rules, altitudes = record.scenario["groups"], {}
+    for time in record.times:
+        altitudes = {group: altitudes[group] for group in record.groups[time] if group in altitudes}
+        for group, row in record.groups[time].items():
+            steps = (rules["altitude_lowest_m"] + rules["altitude_step_m"] * step for step in range(len(altitudes) + 1))
+            altitudes.setdefault(group, next(altitude for altitude in steps if altitude not in altitudes.values()))
+            compare("altitude of a group", row.altitude_m, altitudes[group])
+        for uav in record.uavs[time].values():
+            compare("altitude asked of a UAV", uav.altitude_m, altitudes.get(uav.group))
+
+
+def check_alarms(record, compare):
+    """Distances between UAVs of a group; what is told of UAVs too close, and of orbits that cannot be flown."""
+    orbit, alarms = record.scenario["orbit"], {}
+    for time in record.times:
+        old, alarms, expected = alarms, {}, []
+        for group, row in record.groups[time].items():
+            uavs = [uav.position for uav in record.uavs[time].values() if uav.group == group]
+            separation = min([np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]], default=None)
+            compare("separation of the UAVs of a group", row.separation_m, separation)
+            turn_limit = np.inf if row.turn_limit_m is None else row.turn_limit_m
+            smallest = max(row.standoff_unclamped_m, orbit["radius_min_m"], turn_limit)
+            largest = min(orbit["radius_max_m"], record.scenario["sensor"]["sensing_range_m"] - row.spread_m)
+            infeasible, close = old.get(group, (False, False))
+            alarm = record.scenario["groups"]["separation_alarm_m"] * (1.2 if close else 1.0)
+            alarms[group] = (bool(smallest > largest * (0.95 if infeasible else 1.0)),
+                             bool(separation is not None and separation < alarm))
+            words = [("orbit-feasible", "orbit-infeasible"), ("uavs-apart", "uavs-close")]
+            expected += [(kinds[now], group) for kinds, was, now in zip(words, (infeasible, close), alarms[group])
+                         if now != was]
+        told = [(event.kind, event.group) for event in record.events[time]
+                if event.kind.startswith(("orbit-", "uavs-"))]
+        compare("alarms not recorded, or others", 0, differing(told, expected))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:], __doc__, [check_places, check_crews, check_altitudes, check_alarms]))
