@@ -119,16 +119,23 @@ impl Transition {
 
     /// F P F' + Q, symmetric to the bit.
     pub fn predict_covariance(&self, p: &Matrix6<f64>) -> Matrix6<f64> {
-        let ft = self.f.transpose();
+        // F is zero below its diagonal and one on it but for the last place: few products are left.
+        let (t, a, b, c) = (self.f[(0, 1)], self.f[(0, 2)], self.f[(1, 2)], self.f[(2, 2)]);
+        let moved = |x: f64, v: f64, u: f64| [x + t * v + a * u, v + b * u, c * u];
         let mut predicted = Matrix6::zeros();
         for (row, column) in [(0, 0), (0, 3), (3, 3)] {
-            let mut block: Matrix3<f64> = self.f * p.fixed_view::<3, 3>(row, column) * ft;
-            if row == column {
-                block += self.q;
+            let rows: [[f64; 3]; 3] = core::array::from_fn(|j| {
+                moved(p[(row, column + j)], p[(row + 1, column + j)], p[(row + 2, column + j)])
+            });
+            for i in 0..3 {
+                let entries = moved(rows[0][i], rows[1][i], rows[2][i]);
+                for (j, entry) in entries.into_iter().enumerate().filter(|(j, _)| row != column || *j >= i) {
+                    let noise = if row == column { self.q[(i, j)] } else { 0.0 };
+                    predicted[(row + i, column + j)] = entry + noise;
+                    predicted[(column + j, row + i)] = entry + noise;
+                }
             }
-            predicted.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
         }
-        predicted.fill_lower_triangle_with_upper_triangle();
         predicted
     }
 

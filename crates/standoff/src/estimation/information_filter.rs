@@ -10,7 +10,7 @@
 //! H has position columns only, so what all UAVs say of a target sums to one 2x2 block and one 2-vector: a
 //! [`Contribution`]. UAVs that share the prior and add the same contributions in the same order hold the same estimate.
 
-use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
+use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector2, Vector6};
 
 use crate::frame::Position;
 use crate::sensor::{self, RangeBearing, SensorParams};
@@ -77,20 +77,18 @@ impl Estimate {
     }
 }
 
-/// An extended information filter: information vector y, information matrix Y, and the estimate they stand for.
+/// An extended information filter. It keeps the estimate; the information vector y and the information matrix Y that
+/// stand for it are made when asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InformationFilter {
-    y: Vector6<f64>,
-    information: Matrix6<f64>,
     estimate: Estimate,
 }
 
 impl InformationFilter {
     /// Starts from an estimate; `None` unless its covariance is positive definite and all is finite.
     pub fn new(estimate: Estimate) -> Option<Self> {
-        let information = inverse(&estimate.covariance)?;
-        let finite = estimate.state.0.iter().all(|value| value.is_finite());
-        finite.then(|| Self { y: information * estimate.state.0, information, estimate })
+        inverse(&estimate.covariance)?;
+        Self { estimate }.sound()
     }
 
     /// Mean and covariance.
@@ -98,14 +96,14 @@ impl InformationFilter {
         &self.estimate
     }
 
-    /// Information vector y = Y x.
-    pub fn information_vector(&self) -> &Vector6<f64> {
-        &self.y
+    /// Information vector y = Y x; `None` where Y does not exist in these numbers.
+    pub fn information_vector(&self) -> Option<Vector6<f64>> {
+        Some(self.information_matrix()? * self.estimate.state.0)
     }
 
-    /// Information matrix Y = P^-1.
-    pub fn information_matrix(&self) -> &Matrix6<f64> {
-        &self.information
+    /// Information matrix Y = P^-1; `None` where it does not exist in these numbers.
+    pub fn information_matrix(&self) -> Option<Matrix6<f64>> {
+        inverse(&self.estimate.covariance)
     }
 
     /// Carries the estimate over a time step. `None` if the numbers do not allow it (overflow).
@@ -113,36 +111,51 @@ impl InformationFilter {
     /// Implements Eq. (8), (9).
     #[must_use]
     pub fn predict(&self, transition: &Transition) -> Option<Self> {
-        Self::new(Estimate {
-            state: transition.predict(&self.estimate.state),
-            covariance: transition.predict_covariance(&self.estimate.covariance),
-        })
+        let state = transition.predict(&self.estimate.state);
+        let covariance = transition.predict_covariance(&self.estimate.covariance);
+        Self { estimate: Estimate { state, covariance } }.sound()
     }
 
     /// Adds what was measured. `None` if the numbers do not allow it (overflow).
     ///
-    /// Implements Eq. (10), (11), for the sum of all UAVs' contributions.
+    /// Implements Eq. (10), (11), for the sum of all UAVs' contributions: what is added to Y has rank two, so by the
+    /// matrix inversion lemma P loses `C W C'`, where C are the position columns of P, A its position block, I the
+    /// contribution's information and `W = (1 + I A)^-1 I`; and x moves by `C (1 + I A)^-1 (i - I x)`.
     #[must_use]
     pub fn update(&self, contribution: &Contribution) -> Option<Self> {
-        let (mut y, mut information) = (self.y, self.information);
-        for (i, row) in POSITION.into_iter().enumerate() {
-            y[row] += contribution.vector[i];
-            for (j, column) in POSITION.into_iter().enumerate() {
-                // One triangle speaks for both, so that Y stays symmetric whatever the contribution's rounding.
-                information[(row, column)] += contribution.information[(i.min(j), i.max(j))];
+        let Estimate { state, covariance: p } = &self.estimate;
+        let columns = Matrix6x2::from_columns(&POSITION.map(|column| p.column(column).into_owned()));
+        // One triangle speaks for both, so that P stays symmetric whatever the contribution's rounding.
+        let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|entry| contribution.information[entry]);
+        let information = Matrix2::new(a, b, b, c);
+        let damping = (Matrix2::identity() + information * block(p, POSITION)).try_inverse()?;
+        let mut weight = damping * information;
+        weight[(1, 0)] = weight[(0, 1)];
+        let lost = columns * weight;
+        let mut covariance = *p;
+        for row in 0..6 {
+            for column in row..6 {
+                let entry =
+                    p[(row, column)] - (lost[(row, 0)] * columns[(column, 0)] + lost[(row, 1)] * columns[(column, 1)]);
+                covariance[(row, column)] = entry;
+                covariance[(column, row)] = entry;
             }
         }
-        let covariance = inverse(&information)?;
-        let state = TargetState(covariance * y);
-        let finite = state.0.iter().all(|value| value.is_finite());
-        finite.then_some(Self { y, information, estimate: Estimate { state, covariance } })
+        let told = contribution.vector - information * state.position().vector();
+        let state = TargetState(state.0 + columns * (damping * told));
+        Self { estimate: Estimate { state, covariance } }.sound()
     }
 
     /// The same information about a target displaced by `by`: shifts the mean, keeps the covariance.
     pub(crate) fn shifted(&self, by: &Vector6<f64>) -> Self {
-        let state = TargetState(self.estimate.state.0 + by);
-        let estimate = Estimate { state, ..self.estimate };
-        Self { y: self.information * state.0, estimate, ..*self }
+        Self { estimate: Estimate { state: TargetState(self.estimate.state.0 + by), ..self.estimate } }
+    }
+
+    /// Itself, if it is finite and no variance has vanished.
+    fn sound(self) -> Option<Self> {
+        let Estimate { state, covariance } = &self.estimate;
+        let finite = state.0.iter().chain(covariance.iter()).all(|value| value.is_finite());
+        (finite && (0..6).all(|i| covariance[(i, i)] > 0.0)).then_some(self)
     }
 }
 
@@ -257,9 +270,11 @@ mod tests {
         let (uav, at) = (Position::from_m(300.0, 10.0), prior.estimate().state.position());
         let contribution = Contribution::of_measurement(&sensor(), uav, &sensor::measure(uav, at), at);
         let posterior = prior.update(&contribution).unwrap();
-        let gained = posterior.information_matrix() - prior.information_matrix();
+        let gained = posterior.information_matrix().unwrap() - prior.information_matrix().unwrap();
         assert!((block(&gained, POSITION) - sensor().information(uav, at)).norm() < 1e-12);
-        assert_eq!(gained[(1, 1)], 0.0);
+        assert!(gained[(1, 1)].abs() < 1e-12);
+        let vector = posterior.information_vector().unwrap() - prior.information_vector().unwrap();
+        assert!((vector[0] - contribution.vector[0]).abs() < 1e-9 && (vector[3] - contribution.vector[1]).abs() < 1e-9);
     }
 
     /// Checks the wrap of Eq. (10): a target due west, seen a little to the other side of +-180 degrees.
@@ -298,7 +313,7 @@ mod tests {
                 filter = filter.update(&Contribution::of_measurement(&sensor(), uav, &z, at)).unwrap();
             }
             assert_eq!(filter.estimate().covariance, filter.estimate().covariance.transpose());
-            assert_eq!(*filter.information_matrix(), filter.information_matrix().transpose());
+            assert!(filter.information_matrix().is_some(), "positive definite, step {step}");
         }
         assert!(filter.estimate().state.position().distance_m(Position::from_m(3.0, 5.0)) < 1.0);
     }
