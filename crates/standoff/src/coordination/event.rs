@@ -139,6 +139,8 @@ pub enum CompletionReason {
     Received,
     /// The passing group can hold the target no longer.
     PassingCannotHold,
+    /// The passing group has ended.
+    PassingEnds,
     /// The dwell is switched off.
     Undelayed,
 }
@@ -232,6 +234,7 @@ impl fmt::Display for EventKind {
             Self::HandoffCompleted(CompletionReason::PassingCannotHold) => {
                 f.write_str("the old group's orbit can hold it no longer")
             }
+            Self::HandoffCompleted(CompletionReason::PassingEnds) => f.write_str("the old group ends"),
             Self::HandoffCompleted(CompletionReason::Undelayed) => f.write_str("at once: the dwell is switched off"),
             Self::HandoffWithdrawn(reason) | Self::LeftOut(reason) => f.write_str(match reason {
                 WithdrawalReason::WantedElsewhere => "at the end of the dwell it is nearer to another group",

@@ -59,7 +59,7 @@ impl Settling<'_> {
                 Membership::Member(group) if group == id => self.known[index].membership = Membership::Unassigned,
                 Membership::Dwell(handoff) if handoff.to == id => self.withdraw(index, WithdrawalReason::GroupEnds),
                 Membership::Dwell(handoff) if handoff.from == Some(id) => {
-                    self.complete(index, CompletionReason::PassingCannotHold);
+                    self.complete(index, CompletionReason::PassingEnds);
                 }
                 _ => {}
             }
