@@ -43,7 +43,13 @@ impl Position {
         self.0
     }
 
-    /// Distance to another point, m.
+    /// Squared distance to another position, m2: for comparisons.
+    pub fn squared_distance_m2(self, other: Self) -> f64 {
+        let (x_m, y_m) = (self.x_m() - other.x_m(), self.y_m() - other.y_m());
+        x_m * x_m + y_m * y_m
+    }
+
+    /// Distance to another position, m.
     pub fn distance_m(self, other: Self) -> f64 {
         (self - other).length_m()
     }

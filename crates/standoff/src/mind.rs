@@ -4,8 +4,8 @@ use crate::agent::{Diagnostics, LookAt, Step};
 use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::membership::OnDuty;
-use crate::frame::Position;
-use crate::guidance::heading::{Steering, steer};
+use crate::frame::{Position, Velocity};
+use crate::guidance::heading::{Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::inbox::Inbox;
 use crate::message::Message;
@@ -92,12 +92,12 @@ impl Mind {
                 (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
             }
             Some(group) => self.fly_orbit(id, own, group),
-            None => (self.hold(), 0.0, None),
+            None => (self.wait(id, own), 0.0, None),
         };
         Step {
             command: self.params.uav.limit(wanted),
             altitude_m: group.map(|group| group.altitude_m),
-            look_at: self.look_at(own, group),
+            look_at: self.look_at(id, own, group),
             outbox,
             events: &self.scratch.events,
             diagnostics: Diagnostics {
@@ -143,23 +143,44 @@ impl Mind {
         (wanted, error_rad, Some(steering))
     }
 
-    /// With nothing to watch: a circle of the smallest orbit, where the UAV is.
-    fn hold(&self) -> Command {
-        let speed_m_s = self.params.uav.speed_m_s;
-        let turn_rate_rad_s = self.params.guidance.sense.sign() * speed_m_s / self.params.group.standoff.radius_min_m;
-        Command { speed_m_s, turn_rate_rad_s }
+    /// With nothing to watch: a circle of the smallest orbit, about where something was last known to be, or where the
+    /// UAV is.
+    fn wait(&self, id: UavId, own: &UavState) -> Command {
+        let (speed_m_s, radius_m) = (self.params.uav.speed_m_s, self.params.group.standoff.radius_min_m);
+        let Some(last) = self.nearest_known(id, own) else {
+            return Command { speed_m_s, turn_rate_rad_s: self.params.guidance.sense.sign() * speed_m_s / radius_m };
+        };
+        let orbit = Orbit {
+            centre: last.position,
+            centre_velocity: Velocity::ZERO,
+            distance_m: radius_m,
+            rate_m_s: 0.0,
+            bounds_m: (radius_m, radius_m),
+        };
+        Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
     }
 
-    /// The group's centre; without a group, the nearest track.
-    fn look_at(&self, own: &UavState, group: Option<&Group>) -> Option<LookAt> {
-        if let Some(group) = group {
-            let centre = group.centre.estimate().state;
-            return Some(LookAt { position: centre.position(), velocity: centre.velocity() });
-        }
-        let states = self.picture.known.iter().filter(|known| !known.track.is_lost()).map(|k| k.track.estimate().state);
-        let distance_m = |position: Position| position.distance_m(own.position);
-        states
-            .min_by(|a, b| distance_m(a.position()).total_cmp(&distance_m(b.position())))
-            .map(|state| LookAt { position: state.position(), velocity: state.velocity() })
+    /// The group's centre; without a group, where something was last known to be.
+    fn look_at(&self, id: UavId, own: &UavState, group: Option<&Group>) -> Option<LookAt> {
+        let Some(group) = group else { return self.nearest_known(id, own) };
+        let centre = group.centre.estimate().state;
+        Some(LookAt { position: centre.position(), velocity: centre.velocity() })
+    }
+
+    /// The nearest track, a lost one where it was lost if there are no others; `None` for a UAV that the team does not
+    /// hear: it knows nothing.
+    fn nearest_known(&self, id: UavId, own: &UavState) -> Option<LookAt> {
+        self.scratch.on_duty.binary_search_by_key(&id, |duty| duty.uav).ok()?;
+        let nearest = |lost: bool| {
+            let tracks = self.picture.known.iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
+            let places = tracks.map(|track| {
+                let state = track.estimate().state;
+                let velocity = if lost { Velocity::ZERO } else { state.velocity() };
+                LookAt { position: state.position(), velocity }
+            });
+            let squared_m2 = |place: &LookAt| place.position.squared_distance_m2(own.position);
+            places.min_by(|a, b| squared_m2(a).total_cmp(&squared_m2(b)))
+        };
+        nearest(false).or_else(|| nearest(true))
     }
 }

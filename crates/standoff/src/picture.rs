@@ -29,6 +29,9 @@ pub struct Picture {
     pub crew: Vec<Duty>,
     /// Number of targets that are known, not lost, and in no group.
     pub unassigned: u32,
+    /// Every UAV heard of late, ascending.
+    team: Vec<UavId>,
+    had_team: bool,
     /// The id of the next group that is founded.
     next_group: u32,
     /// When it is next asked whether UAVs could watch more elsewhere.
@@ -119,6 +122,7 @@ impl Picture {
         self.unassigned = self.known.iter().filter(|known| known.is_outside()).count() as u32;
         self.form_groups(previous, news, params, scratch);
         self.assign_crew(previous, params, scratch);
+        self.tell_of_uavs(previous, scratch);
         self.judge_groups(previous, params, scratch);
     }
 
@@ -206,7 +210,6 @@ impl Picture {
         if self.groups.is_empty() {
             return;
         }
-        self.tell_of_uavs(previous, scratch);
         let is_new = |group: &Group| previous.group(group.id).is_none();
         let has_ended = |group: &Group| self.group(group.id).is_none();
         let is_silent = |duty: &Duty| scratch.on_duty.binary_search_by_key(&duty.uav, |on_duty| on_duty.uav).is_err();
@@ -218,6 +221,8 @@ impl Picture {
             AssignmentReason::GroupFounded
         } else if scratch.on_duty.iter().any(|on_duty| on_duty.group.is_none()) {
             AssignmentReason::UavJoined
+        } else if self.groups.iter().any(Group::has_changed) {
+            AssignmentReason::GroupChanged
         } else {
             self.crew.extend_from_slice(&previous.crew);
             return;
@@ -232,6 +237,9 @@ impl Picture {
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
         let sites: Vec<_> = members.iter().map(|(group, members)| Site { group: *group, members }).collect();
         self.crew = assign(&uavs, &sites, &params.track.sensor, params.group.objective);
+        for group in &mut self.groups {
+            group.members_when_assigned = group.members;
+        }
         for (duty, on_duty) in self.crew.iter().zip(&scratch.on_duty) {
             if let Some(old) = on_duty.group.filter(|old| *old != duty.group) {
                 let event = Event::of_group(EventKind::Reassigned(reason), old);
@@ -240,20 +248,22 @@ impl Picture {
         }
     }
 
-    /// Who has left the team, and who has come to it.
-    fn tell_of_uavs(&self, previous: &Picture, scratch: &mut Scratch) {
+    /// Who has left the team, and who has come to it; the first team is no news.
+    fn tell_of_uavs(&mut self, previous: &Picture, scratch: &mut Scratch) {
         let Scratch { on_duty, events, .. } = scratch;
-        for duty in &previous.crew {
-            if on_duty.binary_search_by_key(&duty.uav, |on_duty| on_duty.uav).is_err() {
-                let event = Event::of_group(EventKind::UavLost, duty.group);
-                events.push(Event { uav: Some(duty.uav), ..event });
-            }
+        self.team.clear();
+        self.team.extend(on_duty.iter().map(|on_duty| on_duty.uav));
+        let group_of = |crew: &[Duty], uav: UavId| {
+            crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| crew[index].group)
+        };
+        let told = |kind, group, uav| Event { kind, target: None, group, to: None, uav: Some(uav) };
+        for uav in previous.team.iter().filter(|uav| self.team.binary_search(uav).is_err()) {
+            events.push(told(EventKind::UavLost, group_of(&previous.crew, *uav), *uav));
         }
-        // The first crew is no news.
-        for on_duty in on_duty.iter().filter(|on_duty| on_duty.group.is_none() && !previous.crew.is_empty()) {
-            let kind = EventKind::UavJoined;
-            events.push(Event { kind, target: None, group: None, to: None, uav: Some(on_duty.uav) });
+        for uav in self.team.iter().filter(|uav| previous.had_team && previous.team.binary_search(uav).is_err()) {
+            events.push(told(EventKind::UavJoined, group_of(&self.crew, *uav), *uav));
         }
+        self.had_team = previous.had_team || !self.team.is_empty();
     }
 
     /// How the groups' UAVs follow their orbits; tells of orbits that cannot be flown and of UAVs too close.

@@ -65,12 +65,15 @@ impl SensorParams {
 
     /// Like [`in_view`](Self::in_view), but with `clearance_m` to spare in every direction.
     pub fn well_in_view(&self, uav: Position, boresight: Angle, target: Position, clearance_m: f64) -> bool {
+        // Most of what is asked about is far away.
+        let furthest_m = self.sensing_range_m - clearance_m;
+        if furthest_m < 0.0 || uav.squared_distance_m2(target) > furthest_m * furthest_m {
+            return false;
+        }
         let target_rel_uav = target - uav;
         let range_m = target_rel_uav.length_m();
         let off_boresight_rad = (target_rel_uav.direction() - boresight).abs_rad();
-        range_m > clearance_m.max(RANGE_MIN_M)
-            && range_m + clearance_m <= self.sensing_range_m
-            && off_boresight_rad + clearance_m / range_m <= self.half_view_rad()
+        range_m > clearance_m.max(RANGE_MIN_M) && off_boresight_rad + clearance_m / range_m <= self.half_view_rad()
     }
 
     /// What one measurement from `uav` tells about the position of a target at `target`, R being this sensor's:

@@ -105,6 +105,11 @@ pub struct UavParams {
 }
 
 impl UavParams {
+    /// Largest speed that may be commanded, m/s.
+    pub fn speed_max_m_s(&self) -> f64 {
+        self.speed_m_s + self.speed_change_max_m_s
+    }
+
     /// Every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();

@@ -13,12 +13,15 @@ pub(super) fn uavs(file: &mut ScenarioFile, team: &TeamParams, targets: &Targets
         let count = file.uavs.count.as_ref().map_or(1.0, value) as usize;
         let positions = first_positions(targets);
         file.uavs.at = match file.uavs.ring.take() {
-            Some(ring) => on_ring(&ring, count, &positions, team),
+            Some(ring) => {
+                let (centre, standoff_m) = first_orbit(&positions, team);
+                on_ring(&ring, count, centre, standoff_m, team)
+            }
             None => on_orbits(count, &positions, team),
         };
     }
     let states = file.uavs.at.iter().map(|at| UavState {
-        position: Position::from_m(value(&at.x_m), value(&at.y_m)),
+        position: start_of(at),
         heading: Angle::from_deg(value(&at.heading_deg)),
         speed_m_s: value(&at.speed_m_s),
         turn_rate_rad_s: 0.0,
@@ -26,24 +29,41 @@ pub(super) fn uavs(file: &mut ScenarioFile, team: &TeamParams, targets: &Targets
     states.collect()
 }
 
+/// Two UAVs start no closer to one another than this.
+const APART_M: f64 = 100.0;
+
 /// On an orbit about each group that the targets' start falls into, one UAV after the other.
 fn on_orbits(count: usize, positions: &[Position], team: &TeamParams) -> Vec<UavAt> {
     let groups = group_count(count, positions.len()).max(1);
     let mut clusters = Clusters::default();
     clusters.found(positions, groups);
-    let mut at = Vec::new();
+    let mut starts: Vec<UavAt> = Vec::new();
     for group in 0..groups {
         let members: Vec<Position> =
             positions.iter().zip(&clusters.of).filter(|(_, of)| **of == group).map(|(position, _)| *position).collect();
         let crew = (group..count).step_by(groups).count();
-        at.extend(on_ring(&Ring::default(), crew, &members, team));
+        let (centre, mut radius_m) = first_orbit(&members, team);
+        let mut number = 0;
+        while number < crew {
+            let at = on_ring(&Ring::default(), crew, centre, radius_m, team).swap_remove(number);
+            // Orbits may cross: the next one out is free, if need be a few rounds later.
+            if starts.iter().any(|other| start_of(other).squared_distance_m2(start_of(&at)) < APART_M * APART_M) {
+                radius_m += APART_M;
+            } else {
+                starts.push(at);
+                number += 1;
+            }
+        }
     }
-    at
+    starts
 }
 
-/// On a ring about all targets.
-fn on_ring(ring: &Ring, count: usize, positions: &[Position], team: &TeamParams) -> Vec<UavAt> {
-    let (centre, standoff_m) = first_orbit(positions, team);
+fn start_of(at: &UavAt) -> Position {
+    Position::from_m(value(&at.x_m), value(&at.y_m))
+}
+
+/// On a ring about a centre, of a radius if the ring has none of its own.
+fn on_ring(ring: &Ring, count: usize, centre: Position, standoff_m: f64, team: &TeamParams) -> Vec<UavAt> {
     let radius_m = ring.radius_m.as_ref().map_or(standoff_m, value);
     let first = Angle::from_deg(ring.phase_deg.as_ref().map_or(0.0, value));
     let even_deg = match count {

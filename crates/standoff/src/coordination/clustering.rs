@@ -89,7 +89,7 @@ impl Clusters {
     pub fn cost_m2(&mut self, positions: &[Position]) -> f64 {
         let k = self.of.iter().max().map_or(0, |last| last + 1);
         self.average(positions, k);
-        let squares = self.of.iter().zip(positions).map(|(cluster, x)| squared_m2(*x, self.centroids[*cluster]));
+        let squares = self.of.iter().zip(positions).map(|(cluster, x)| x.squared_distance_m2(self.centroids[*cluster]));
         squares.sum::<f64>() / positions.len().max(1) as f64
     }
 
@@ -115,12 +115,12 @@ impl Clusters {
     fn start(&mut self, first: usize, positions: &[Position], k: usize, mut pick: impl FnMut(&[f64]) -> usize) {
         self.of.clear();
         self.of.resize(positions.len(), 0);
-        let mut distances_m2: Vec<f64> = positions.iter().map(|x| squared_m2(*x, positions[first])).collect();
+        let mut distances_m2: Vec<f64> = positions.iter().map(|x| x.squared_distance_m2(positions[first])).collect();
         distances_m2.get_mut(first).into_iter().for_each(|distance_m2| *distance_m2 = -1.0);
         for cluster in 1..k {
             let next = pick(&distances_m2);
             for (index, position) in positions.iter().enumerate() {
-                let to_next_m2 = squared_m2(*position, positions[next]);
+                let to_next_m2 = position.squared_distance_m2(positions[next]);
                 if to_next_m2 < distances_m2[index] {
                     (distances_m2[index], self.of[index]) = (to_next_m2, cluster);
                 }
@@ -170,19 +170,14 @@ impl Draw {
 
 /// The nearest centroid; of equals the one that is `now`, else the first.
 fn nearest(centroids: &[Position], position: Position, now: usize) -> usize {
-    let mut best = (now, squared_m2(position, centroids[now]));
+    let mut best = (now, position.squared_distance_m2(centroids[now]));
     for (index, centroid) in centroids.iter().enumerate() {
-        let distance_m2 = squared_m2(position, *centroid);
+        let distance_m2 = position.squared_distance_m2(*centroid);
         if distance_m2 < best.1 {
             best = (index, distance_m2);
         }
     }
     best.0
-}
-
-fn squared_m2(a: Position, b: Position) -> f64 {
-    let (x_m, y_m) = (a.x_m() - b.x_m(), a.y_m() - b.y_m());
-    x_m * x_m + y_m * y_m
 }
 
 #[cfg(test)]

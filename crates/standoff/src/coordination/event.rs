@@ -39,11 +39,11 @@ impl Event {
 pub enum EventKind {
     /// A target was handed over by somebody who searches.
     Cued,
-    /// A cued target was measured for the first time.
+    /// A target was measured for the first time.
     Acquired,
     /// A track was given up.
     Lost(LossReason),
-    /// A lost or unknown target was measured.
+    /// A lost target was measured.
     Reacquired,
     /// A group came into being.
     GroupFounded {
@@ -56,6 +56,8 @@ pub enum EventKind {
     GroupDissolved(DissolutionReason),
     /// A target joined a group in flight.
     Joined,
+    /// A target's group was split, and it belongs to the new one.
+    Regrouped,
     /// Clustering wants a target in another group: it belongs to both for a while (34).
     HandoffRequested {
         /// T_hd, s.
@@ -79,9 +81,16 @@ pub enum EventKind {
         /// -xi_d, m2/s.
         limit_m2_s: f64,
     },
+    /// A target was removed from its group, whose centre is faster than the UAVs can be: it was the fastest.
+    DiscardedTooFast {
+        /// Its speed, m/s.
+        speed_m_s: f64,
+        /// The UAVs' largest speed, m/s.
+        limit_m_s: f64,
+    },
     /// A discarded target was taken back.
     TakenBack,
-    /// A target that was to be taken in or back stays outside.
+    /// A target that was to be taken in or back stays outside, or its group has ended.
     LeftOut(WithdrawalReason),
     /// A UAV serves another group than before.
     Reassigned(AssignmentReason),
@@ -112,7 +121,7 @@ pub enum EventKind {
 pub enum FoundingReason {
     /// Nothing was watched yet.
     First,
-    /// Targets that no group could hold.
+    /// Targets in no group.
     Outsiders,
     /// There are UAVs for another group: this one was split off.
     Split,
@@ -171,6 +180,8 @@ pub enum AssignmentReason {
     UavJoined,
     /// A UAV is silent.
     UavLost,
+    /// A group has twice, or half, as many targets as when UAVs were last assigned.
+    GroupChanged,
 }
 
 impl EventKind {
@@ -184,10 +195,11 @@ impl EventKind {
             Self::GroupFounded { .. } => "group-founded",
             Self::GroupDissolved(_) => "group-dissolved",
             Self::Joined => "joined",
+            Self::Regrouped => "regrouped",
             Self::HandoffRequested { .. } => "handoff-requested",
             Self::HandoffCompleted(_) => "handoff-completed",
             Self::HandoffWithdrawn(_) => "handoff-withdrawn",
-            Self::Discarded { .. } | Self::DiscardedDiverging { .. } => "discarded",
+            Self::Discarded { .. } | Self::DiscardedDiverging { .. } | Self::DiscardedTooFast { .. } => "discarded",
             Self::TakenBack => "taken-back",
             Self::LeftOut(_) => "left-out",
             Self::Reassigned(_) => "reassigned",
@@ -214,7 +226,7 @@ impl fmt::Display for EventKind {
                 let of = if *members == 1 { "1 target".to_owned() } else { format!("{members} targets") };
                 match reason {
                     FoundingReason::First => write!(f, "{of} near one another"),
-                    FoundingReason::Outsiders => write!(f, "{of} that no other group could hold"),
+                    FoundingReason::Outsiders => write!(f, "{of} that were in no group"),
                     FoundingReason::Split => write!(f, "{of} split off: there are UAVs for another group"),
                 }
             }
@@ -226,11 +238,12 @@ impl fmt::Display for EventKind {
                 write!(f, "its UAVs can watch more: {together} targets, its own and unassigned ones, fit on one orbit")
             }
             Self::Joined => f.write_str("an orbit with it keeps the whole group in view"),
+            Self::Regrouped => f.write_str("its group was split: there are UAVs for another one"),
             Self::HandoffRequested { dwell_s } => write!(
                 f,
                 "nearer to the new group; in both for {dwell_s:.1} s, in which the new group's UAVs reach the orbit with it"
             ),
-            Self::HandoffCompleted(CompletionReason::Received) => f.write_str("the new group's UAVs have it in view"),
+            Self::HandoffCompleted(CompletionReason::Received) => f.write_str("the new group has it in view"),
             Self::HandoffCompleted(CompletionReason::PassingCannotHold) => {
                 f.write_str("the old group's orbit can hold it no longer")
             }
@@ -252,9 +265,16 @@ impl fmt::Display for EventKind {
                 "furthest from the centre, and its orbit runs away from the UAVs: xi_th {threshold_m2_s:.0} m2/s, below \
                  {limit_m2_s:.0} m2/s for too long"
             ),
+            Self::DiscardedTooFast { speed_m_s, limit_m_s } => write!(
+                f,
+                "the fastest, at {speed_m_s:.0} m/s, of a group that outruns the UAVs, which fly {limit_m_s:.0} m/s at most"
+            ),
             Self::TakenBack => f.write_str("an orbit with it keeps the whole group in view again"),
             Self::Reassigned(AssignmentReason::GroupFounded) => f.write_str("a group was founded"),
             Self::Reassigned(AssignmentReason::GroupDissolved) => f.write_str("a group has ended"),
+            Self::Reassigned(AssignmentReason::GroupChanged) => {
+                f.write_str("a group has twice, or half, as many targets as when UAVs were last assigned")
+            }
             Self::Reassigned(AssignmentReason::UavJoined) => f.write_str("a UAV has joined the team"),
             Self::Reassigned(AssignmentReason::UavLost) => f.write_str("a UAV has been silent for too long"),
             Self::UavLost => f.write_str("not heard for too long; the team goes on without it"),

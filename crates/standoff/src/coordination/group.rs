@@ -144,8 +144,12 @@ pub struct Group {
     pub threshold_m2_s: Option<f64>,
     /// For how long it has been below -xi_d.
     pub diverging: Duration,
+    /// For how long its centre has been faster than the UAVs can be.
+    pub outrun: Duration,
     /// Smallest distance between two of its UAVs, m.
     pub separation_m: Option<f64>,
+    /// Number of its members when UAVs were last assigned.
+    pub(crate) members_when_assigned: u32,
     /// What was reported of the group as a whole.
     pub(crate) alarms: Alarms,
 }
@@ -197,8 +201,7 @@ impl Group {
             margin_m(params.margin, centre.innovation_distance, &centroid, furthest.track.estimate(), at.position());
         let standoff = params.standoff.distance(spread, margin_m);
         let centre_speed_m_s = at.velocity().speed_m_s();
-        let speed_m_s =
-            uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_m_s + uav.speed_change_max_m_s);
+        let speed_m_s = uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
         let turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
             .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
         Some(Self {
@@ -216,7 +219,9 @@ impl Group {
             threshold_m2_s: None,
             // With other members it is another orbit, and patience begins anew.
             diverging: before.as_ref().filter(|_| is_unchanged).map_or(Duration::ZERO, |old| old.group.diverging),
+            outrun: before.as_ref().filter(|_| is_unchanged).map_or(Duration::ZERO, |old| old.group.outrun),
             separation_m: None,
+            members_when_assigned: before.as_ref().map_or(0, |old| old.group.members_when_assigned),
             alarms: before.map_or_else(Alarms::default, |before| before.group.alarms),
         })
     }
@@ -232,9 +237,13 @@ impl Group {
             .filter(|steering| !steering.centre_too_fast)
             .map(|steering| steering.convergence_threshold_m2_s)
             .reduce(f64::max);
+        let longer = |past: Duration, still: bool| {
+            if still { Duration::from_us(past.us().saturating_add(dt.us())) } else { Duration::ZERO }
+        };
+        let centre_m_s = self.centre.estimate().state.velocity().speed_m_s();
+        self.outrun = longer(self.outrun, centre_m_s > team.uav.speed_max_m_s());
         let diverges = self.threshold_m2_s.is_some_and(|threshold| threshold < -team.group.convergence_limit_m2_s);
-        self.diverging =
-            if diverges { Duration::from_us(self.diverging.us().saturating_add(dt.us())) } else { Duration::ZERO };
+        self.diverging = longer(self.diverging, diverges);
         self.separation_m = None;
         let mut others = crew.clone();
         while let Some(one) = others.next() {
@@ -243,6 +252,12 @@ impl Group {
                 self.separation_m = Some(self.separation_m.map_or(distance_m, |least| least.min(distance_m)));
             }
         }
+    }
+
+    /// It has twice, or half, as many members as when UAVs were last assigned, and two more or fewer.
+    pub(crate) fn has_changed(&self) -> bool {
+        let (now, then) = (self.members, self.members_when_assigned);
+        now.abs_diff(then) >= 2 && (now >= 2 * then || then >= 2 * now)
     }
 
     /// What is to be reported of the group as a whole. What was reported is taken back with some room to spare.

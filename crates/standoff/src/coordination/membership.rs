@@ -46,12 +46,14 @@ pub struct Known {
     pub track: Track,
     /// Its place.
     pub membership: Membership,
+    /// A group that it is not to be handed to before a time: a handoff to it was withdrawn.
+    barred: Option<(GroupId, Time)>,
 }
 
 impl Known {
     /// A new target: in no group yet.
     pub(crate) fn unassigned(track: Track) -> Self {
-        Self { track, membership: Membership::Unassigned }
+        Self { track, membership: Membership::Unassigned, barred: None }
     }
 
     /// The group whose duty it is to keep the target in view: in dwell, the passing one.
@@ -88,6 +90,14 @@ impl Known {
 
     fn position(&self) -> Position {
         self.track.estimate().state.position()
+    }
+
+    fn speed_m_s(&self) -> f64 {
+        self.track.estimate().state.velocity().speed_m_s()
+    }
+
+    fn is_barred_from(&self, group: GroupId, now: Time) -> bool {
+        self.barred.is_some_and(|(barred, until)| barred == group && now < until)
     }
 }
 
@@ -136,6 +146,10 @@ impl Settling<'_> {
     pub(crate) fn settle(&mut self) {
         self.release_lost();
         self.fill_roster();
+        if self.on_duty.is_empty() {
+            // Nobody is there to watch: all stays as it is.
+            return self.tell_of_emptied_groups();
+        }
         let live = self.known.iter().filter(|known| !known.track.is_lost()).count();
         let wanted = group_count(self.on_duty.len(), live);
         if self.group_ids() == 0 {
@@ -185,15 +199,19 @@ impl Settling<'_> {
             let members = buffers.roster.of(*id).map(|index| self.known[index].track.estimate());
             buffers.centroids.extend(Centroid::of(members).map(|centroid| (*id, centroid)));
         }
-        let reach_m = self.params.group.reach_m();
+        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
         buffers.candidates.clear();
         for (index, target) in self.known.iter().enumerate().filter(|(_, target)| target.is_outside()) {
+            if target.speed_m_s() > limit_m_s {
+                continue;
+            }
             for (id, centroid) in &buffers.centroids {
                 let n = f64::from(centroid.members);
-                let distance_m = target.position().distance_m(centroid.mean.state.position());
                 // With it, the centroid moves towards it by one part in n + 1.
-                if distance_m * n / (n + 1.0) <= reach_m {
-                    buffers.candidates.push((distance_m, index, *id));
+                let reach_m = reach_m * (n + 1.0) / n;
+                let squared_m2 = target.position().squared_distance_m2(centroid.mean.state.position());
+                if squared_m2 <= reach_m * reach_m && !target.is_barred_from(*id, self.now) {
+                    buffers.candidates.push((squared_m2, index, *id));
                 }
             }
         }
@@ -240,6 +258,7 @@ impl Settling<'_> {
             if let Some((threshold_m2_s, need)) = diverging.zip(need) {
                 self.let_go(id, need.furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
             }
+            self.discard_fastest(id);
             let allowed_m = self.params.group.standoff.radius_max_m;
             while let Some(need) = self.need(id).filter(|need| need.members() > 1) {
                 let needed_m = need.standoff.unclamped_m;
@@ -252,17 +271,44 @@ impl Settling<'_> {
         self.fill_roster();
     }
 
-    /// What a group's orbit needs as its members are now.
-    fn need(&self, id: GroupId) -> Option<Need> {
-        let belongs = |index: &usize| self.known[*index].groups().any(|group| group == id);
-        Need::of(self.known, self.buffers.roster.of(id).filter(belongs), &self.params.group)
+    /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept.
+    ///
+    /// Beyond section IV.B.2.
+    fn discard_fastest(&mut self, id: GroupId) {
+        let outrun = self.previous.iter().find(|group| group.id == id).map_or(Duration::ZERO, |group| group.outrun);
+        if outrun.s() <= self.params.group.convergence_patience_s || self.buffers.roster.of(id).count() < 2 {
+            return;
+        }
+        let speed_m_s = |index: &usize| self.known[*index].speed_m_s();
+        let fastest = self.buffers.roster.of(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
+        if let Some(fastest) = fastest {
+            let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
+            self.let_go(id, fastest, EventKind::DiscardedTooFast { speed_m_s, limit_m_s });
+        }
     }
 
-    /// The group's orbit cannot hold its furthest target. A target that is only just being received goes first; one that
-    /// is being passed on is passed at once.
+    /// What a group's orbit needs as its members are now.
+    fn need(&self, id: GroupId) -> Option<Need> {
+        Need::of(self.known, self.members(id), &self.params.group)
+    }
+
+    /// The places of a group's members as they are now.
+    fn members(&self, id: GroupId) -> impl Iterator<Item = usize> + Clone {
+        let belongs = move |index: &usize| self.known[*index].groups().any(|group| group == id);
+        self.buffers.roster.of(id).filter(belongs)
+    }
+
+    /// The group's orbit cannot hold a target. One that is only just being received goes first, if the orbit is smaller
+    /// without it; one that is being passed on is passed at once.
     fn let_go(&mut self, id: GroupId, furthest: usize, kind: EventKind) {
-        let incoming = self.buffers.roster.of(id).find(|index| self.known[*index].receiving_group() == Some(id));
-        if let Some(incoming) = incoming {
+        let needed_m = self.need(id).map_or(0.0, |need| need.standoff.unclamped_m);
+        let widens = |index: &usize| {
+            let others = self.members(id).filter(|other| other != index);
+            Need::of(self.known, others, &self.params.group).is_none_or(|need| need.standoff.unclamped_m < needed_m)
+        };
+        let is_incoming = |index: &usize| self.known[*index].receiving_group() == Some(id);
+        let incoming = self.members(id).filter(is_incoming).find(widens);
+        if let Some(incoming) = incoming.or(Some(furthest).filter(is_incoming)) {
             self.withdraw(incoming, WithdrawalReason::ReceivingCannotHold);
         } else if self.known[furthest].receiving_group().is_some() {
             self.complete(furthest, CompletionReason::PassingCannotHold);

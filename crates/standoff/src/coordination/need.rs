@@ -3,6 +3,7 @@
 use crate::coordination::group::{GroupParams, margin_m, spread};
 use crate::coordination::membership::Known;
 use crate::estimation::group_centre::Centroid;
+use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::StandoffDistance;
 
@@ -32,6 +33,11 @@ impl Need {
         let margin_m = margin_m(params.margin, 0.0, &centroid, estimate(furthest), centre.position());
         let standoff = params.standoff.distance(spread(&estimate(furthest).state, &centre), margin_m);
         Some(Self { centroid, furthest, standoff })
+    }
+
+    /// The centroid.
+    pub(crate) fn centre(&self) -> Position {
+        self.centroid.mean.state.position()
     }
 
     pub(crate) fn members(&self) -> u32 {

@@ -9,6 +9,9 @@ use crate::coordination::need::Need;
 use crate::frame::Position;
 use crate::time::Duration;
 
+/// UAVs are not sent to targets that they cannot have within sensing range after this time, s.
+const SOON_S: f64 = 30.0;
+
 impl Settling<'_> {
     /// Where there were no groups, all targets are clustered.
     ///
@@ -37,6 +40,7 @@ impl Settling<'_> {
         for (_, id) in ids {
             self.tell_of_founding(id, FoundingReason::First);
         }
+        *self.next_review = self.now + Duration::from_s(self.params.group.review_period_s);
     }
 
     fn tell_of_founding(&mut self, id: GroupId, reason: FoundingReason) {
@@ -56,7 +60,11 @@ impl Settling<'_> {
         self.events.push(Event::of_group(EventKind::GroupDissolved(reason), id));
         for index in 0..self.known.len() {
             match self.known[index].membership {
-                Membership::Member(group) if group == id => self.known[index].membership = Membership::Unassigned,
+                Membership::Member(group) if group == id => {
+                    self.known[index].membership = Membership::Unassigned;
+                    let kind = EventKind::LeftOut(WithdrawalReason::GroupEnds);
+                    self.events.push(Event::of_target(kind, self.known[index].track.target, Some(id)));
+                }
                 Membership::Dwell(handoff) if handoff.to == id => self.withdraw(index, WithdrawalReason::GroupEnds),
                 Membership::Dwell(handoff) if handoff.from == Some(id) => {
                     self.complete(index, CompletionReason::PassingEnds);
@@ -68,7 +76,8 @@ impl Settling<'_> {
     }
 
     /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
-    /// forming a group of its own targets and those outside.
+    /// forming a group of its own targets and those outside. Only targets count that its UAVs can
+    /// have within sensing range soon.
     pub(super) fn review(&mut self, wanted: usize) {
         let period_s = self.params.group.review_period_s;
         let is_due = period_s > 0.0 && self.now >= *self.next_review && self.group_ids() >= wanted;
@@ -80,7 +89,14 @@ impl Settling<'_> {
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
             let members = self.buffers.roster.of(id).count();
-            let together = self.gather(Some(id));
+            let Some(from) = self.need(id).map(|need| need.centre()) else { continue };
+            let (range_m, speed_m_s) = (self.params.track.sensor.sensing_range_m, self.params.uav.speed_m_s);
+            let together = self.gather(|known| {
+                // In the worst case it drives away.
+                let reach_m = range_m + SOON_S * (speed_m_s - known.speed_m_s()).max(0.0);
+                let is_soon_seen = known.position().squared_distance_m2(from) <= reach_m * reach_m;
+                known.membership == Membership::Member(id) || (known.is_outside() && is_soon_seen)
+            });
             let gain = together.saturating_sub(members);
             if gain >= 2 && 2 * gain >= members && most.is_none_or(|(best, ..)| gain > best) {
                 most = Some((gain, together, id));
@@ -91,12 +107,12 @@ impl Settling<'_> {
         }
     }
 
-    /// Gathers in `buffers.places` the largest number of targets, outside or of that group, that one orbit about one of
-    /// them could hold; gives their number.
-    fn gather(&mut self, with: Option<GroupId>) -> usize {
-        let reach_m = self.params.group.reach_m();
-        let counts =
-            |known: &Known| known.is_outside() || with.is_some_and(|id| known.membership == Membership::Member(id));
+    /// Gathers in `buffers.places` the largest number of targets that count which one orbit about one of them could
+    /// hold; gives their number. Targets faster than the UAVs do not count.
+    fn gather(&mut self, counts: impl Fn(&Known) -> bool) -> usize {
+        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
+        let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
+        let counts = |known: &Known| counts(known) && known.speed_m_s() <= limit_m_s;
         let buffers = &mut *self.buffers;
         buffers.places.clear();
         buffers.places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
@@ -104,14 +120,12 @@ impl Settling<'_> {
         buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
         let mut best: Option<(usize, Position)> = None;
         for about in &buffers.positions {
-            let near = buffers.positions.iter().filter(|position| position.distance_m(*about) <= reach_m).count();
+            let near = buffers.positions.iter().filter(|position| is_near(**position, *about)).count();
             if best.is_none_or(|(most, _)| near > most) {
                 best = Some((near, *about));
             }
         }
-        buffers
-            .places
-            .retain(|index| best.is_some_and(|(_, about)| self.known[*index].position().distance_m(about) <= reach_m));
+        buffers.places.retain(|index| best.is_some_and(|(_, about)| is_near(self.known[*index].position(), about)));
         let group = &self.params.group;
         while let Some(need) = Need::of(self.known, self.buffers.places.iter().copied(), group) {
             if need.leaves_room(group) || self.buffers.places.len() == 1 {
@@ -124,16 +138,25 @@ impl Settling<'_> {
 
     /// Founds one more group: of targets outside, or else by splitting the most scattered one. `false`: of nothing.
     pub(super) fn found_another(&mut self) -> bool {
-        if self.gather(None) > 0 {
+        // Where nobody is slow enough, whoever there is.
+        if self.gather(Known::is_outside) > 0 || self.gather_one() > 0 {
             let id = new_id(self.next_group);
             for index in &self.buffers.places {
                 self.known[*index].membership = Membership::Member(id);
+                self.events.push(Event::of_target(EventKind::Joined, self.known[*index].track.target, Some(id)));
             }
             self.fill_roster();
             self.tell_of_founding(id, FoundingReason::Outsiders);
             return true;
         }
         self.split()
+    }
+
+    /// Gathers in `buffers.places` the first target outside; gives their number.
+    fn gather_one(&mut self) -> usize {
+        self.buffers.places.clear();
+        self.buffers.places.extend(self.known.iter().position(Known::is_outside));
+        self.buffers.places.len()
     }
 
     /// Splits the group with the largest sum of squares in two; the part with more members stays itself.
@@ -159,6 +182,8 @@ impl Settling<'_> {
         for (index, cluster) in buffers.places.iter().zip(&buffers.clusters.of) {
             if *cluster == leaves {
                 self.known[*index].membership = Membership::Member(new);
+                let event = Event::of_target(EventKind::Regrouped, self.known[*index].track.target, Some(id));
+                self.events.push(Event { to: Some(new), ..event });
             }
         }
         self.fill_roster();

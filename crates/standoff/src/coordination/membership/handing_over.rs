@@ -56,6 +56,9 @@ impl Settling<'_> {
     ///
     /// Implements section IV.B.1, with the dwell (34).
     fn request(&mut self, index: usize, from: GroupId, to: GroupId) {
+        if self.known[index].is_barred_from(to, self.now) {
+            return;
+        }
         let Some(need) = self.has_room(to, index) else { return };
         let (group, guidance) = (&self.params.group, &self.params.guidance);
         let uavs = self.on_duty.iter().filter(|duty| duty.group == Some(to)).map(|duty| duty.state.position);
@@ -100,8 +103,10 @@ impl Settling<'_> {
         })
     }
 
+    /// Every UAV of the group sees it, and there is one.
     pub(super) fn is_seen_by_all(&self, index: usize, group: GroupId) -> bool {
-        self.views(index, group).all(|seen| seen)
+        let mut views = self.views(index, group);
+        views.next().is_some_and(|first| first && views.all(|seen| seen))
     }
 
     pub(super) fn complete(&mut self, index: usize, reason: CompletionReason) {
@@ -113,6 +118,8 @@ impl Settling<'_> {
     pub(super) fn withdraw(&mut self, index: usize, reason: WithdrawalReason) {
         let Membership::Dwell(handoff) = self.known[index].membership else { return };
         self.known[index].membership = handoff.from.map_or(Membership::Discarded, Membership::Member);
+        let dwell = handoff.dwell.max(Duration::from_s(self.params.group.dwell_min_s));
+        self.known[index].barred = Some((handoff.to, self.now + dwell));
         self.tell_of_handoff(index, EventKind::HandoffWithdrawn(reason), handoff);
     }
 

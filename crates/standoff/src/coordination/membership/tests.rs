@@ -95,16 +95,20 @@ impl World {
     }
 }
 
-fn track(id: u32, x_m: f64) -> Track {
-    let cue = Cue {
+fn cue(id: u32, x_m: f64) -> Cue {
+    Cue {
         target: TargetId(id),
         time: Time::START,
         position: Position::from_m(x_m, 0.0),
         velocity: Velocity::ZERO,
         position_sd_m: 1.0,
         velocity_sd_m_s: 1.0,
-    };
-    Track::from_cue(&cue, &TeamParams::table_1().track, Time::START).unwrap()
+    }
+}
+
+/// A track that nobody has measured yet.
+fn track(id: u32, x_m: f64) -> Track {
+    Track::from_cue(&cue(id, x_m), &TeamParams::table_1().track, Time::START).unwrap()
 }
 
 /// Checks section IV.B.2, range rule: with Table I an orbit of 700 m holds a spread of 350 m; the furthest goes until
@@ -293,12 +297,12 @@ fn a_newcomer_out_of_view_is_received_when_it_is_seen() {
 /// When targets appear that make room for another group, the widest one splits; its larger part stays itself.
 #[test]
 fn with_uavs_to_spare_the_widest_group_splits() {
-    let mut world = World::new(4, &[0.0]);
+    let mut world = World::new(4, &[0.0]).in_pairs();
     world.settle();
     for (id, x_m) in [(1, 300.0), (2, 310.0)] {
         world.known.push(Known::unassigned(track(id, x_m)));
     }
-    assert_eq!(world.kinds(), ["joined", "joined", "group-founded"]);
+    assert_eq!(world.kinds(), ["joined", "joined", "regrouped", "group-founded"]);
     assert_eq!(world.groups(), [(0, vec![1, 2]), (1, vec![0])]);
 }
 
@@ -309,21 +313,76 @@ fn with_fewer_uavs_the_smallest_group_ends() {
     world.settle();
     assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2])]);
     world.on_duty.truncate(2);
-    assert_eq!(world.kinds(), ["group-dissolved", "joined"]);
+    assert_eq!(world.kinds(), ["group-dissolved", "left-out", "joined"]);
     assert_eq!(world.groups(), [(0, vec![0, 1, 2])]);
 }
 
-/// Where far more targets wait together than a group has, its UAVs go there.
+/// Where far more targets can be watched together than a group has, its UAVs go there half a minute later; but not to
+/// targets that they may never reach.
 #[test]
 fn uavs_go_where_more_can_be_watched() {
-    let mut world = World::new(2, &[0.0, 40.0]);
+    let gone = |x_m: f64| {
+        let mut world = World::new(2, &[0.0, 40.0]).in_pairs();
+        world.params.track.sensor.sensing_range_m = 1200.0;
+        world.settle();
+        for id in 2..6 {
+            world.known.push(Known::unassigned(track(id, x_m + 10.0 * f64::from(id))));
+        }
+        let mut kinds: Vec<_> = (0..59).flat_map(|_| world.kinds()).collect();
+        assert_eq!(kinds, [""; 0]);
+        kinds.extend((0..10).flat_map(|_| world.kinds()));
+        kinds.dedup();
+        (kinds, world.groups())
+    };
+    let (kinds, groups) = gone(2000.0);
+    assert_eq!(kinds, ["group-dissolved", "left-out", "joined", "group-founded"]);
+    assert_eq!(groups, [(1, vec![2, 3, 4, 5])]);
+    // 1,200 m of range and half a minute at 40 m/s are 2,400 m.
+    assert_eq!(gone(2500.0).0, [""; 0]);
+}
+
+/// A handoff that was withdrawn is not requested again at once.
+#[test]
+fn a_withdrawn_handoff_waits_for_a_dwell() {
+    let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
     world.settle();
-    for (id, x_m) in [(2, 5000.0), (3, 5010.0), (4, 5020.0), (5, 5030.0)] {
-        world.known.push(Known::unassigned(track(id, x_m)));
+    world.place(2, 420.0);
+    world.settle();
+    // The receiving group spreads until it cannot hold the target with its own.
+    world.place(4, 1300.0);
+    assert_eq!(world.kinds(), ["handoff-withdrawn", "discarded"]);
+    world.place(4, 640.0);
+    let kinds: Vec<_> = (0..5).map(|_| world.kinds()).collect();
+    assert!(kinds[..2].iter().all(|kinds| !kinds.contains(&"handoff-requested")), "{kinds:?}");
+}
+
+/// Beyond section IV.B.2: of a group that outruns the UAVs the fastest goes first.
+#[test]
+fn the_fastest_is_discarded_where_the_group_outruns_the_uavs() {
+    let mut world = World::new(2, &[0.0, 30.0, 60.0]).in_pairs();
+    world.settle();
+    let fast = |id, x_m, speed_m_s| {
+        let cue = Cue { velocity: Velocity::from_m_s(speed_m_s, 0.0), ..cue(id, x_m) };
+        Track::from_cue(&cue, &TeamParams::table_1().track, Time::START).unwrap()
+    };
+    for (id, speed_m_s) in [(0, 80.0), (1, 10.0), (2, 90.0)] {
+        world.known[id as usize].track = fast(id, 30.0 * f64::from(id), speed_m_s);
     }
-    let kinds: Vec<_> = (0..65).flat_map(|_| world.kinds()).collect();
-    assert_eq!(kinds, ["group-dissolved", "group-founded"]);
-    assert_eq!(world.groups(), [(1, vec![2, 3, 4, 5])]);
+    let transition = world.params.track.target.transition(Duration::ZERO);
+    let none: Option<super::super::group::Before<'_, core::iter::Empty<usize>>> = None;
+    let members = world.buffers.roster.of(GroupId(0));
+    let mut group = Group::form(GroupId(0), &world.known, members, none, &transition, &world.params).unwrap();
+    for _ in 0..7 {
+        group.judge(world.on_duty.iter().copied(), Duration::from_s(0.5), &world.params);
+    }
+    assert_eq!(group.outrun, Duration::from_s(3.5));
+    world.previous = vec![group];
+    let events = world.settle();
+    assert_eq!((events.len(), events[0].kind.name(), events[0].target), (1, "discarded", Some(TargetId(2))));
+    assert!(events[0].kind.to_string().contains("90 m/s"), "{}", events[0].kind);
+    // It is not taken back while it is that fast.
+    world.previous.clear();
+    assert!(!world.kinds().contains(&"taken-back"));
 }
 
 #[test]
