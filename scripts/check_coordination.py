@@ -27,6 +27,7 @@ from check_equations import (
     POSITION, ROUNDING, VELOCITY, direction, equation_7, equation_15, equations_13_20_22, equations_28_29, lemma_3_1,
     main, margin_in_metres, unit, wrap)
 
+SOON_S = 30.0  # UAVs are not sent to targets that they cannot have within sensing range after this time
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
 INERTIA = 0.5  # ln det per target of its group that staying counts for a UAV
 LN_DET_FLOOR = np.log(1e-24)  # what a target counts for of which nobody tells anything
@@ -35,7 +36,7 @@ STARTS = 60  # of the clusterings that the recorded ones are compared with
 NOT_THE_BEST = 0.05  # of the cost (30): so much worse than the best a clustering may be
 SAME_M = 1e-6  # distances that differ by rounding alone
 REPLAYED = ["group-founded", "group-dissolved", "joined", "handoff-requested", "handoff-completed", "handoff-withdrawn",
-            "discarded", "taken-back", "left-out"]
+            "discarded", "taken-back", "left-out", "regrouped"]
 STATED = {"handoff-requested": 0.05}  # rounding of the number in a reason; of others 0.5
 UNASSIGNED, DISCARDED = ("unassigned", None, None), ("discarded", None, None)
 
@@ -50,7 +51,8 @@ def check_places(record, compare):
     def key(event):
         return event.kind, event.target, event.group, event.to_group
 
-    memory = SimpleNamespace(dwells={}, diverging={}, next_group=0, next_review=0, random=np.random.default_rng(1))
+    memory = SimpleNamespace(dwells={}, barred={}, diverging={}, outrun={}, next_group=0, next_review=0,
+                             random=np.random.default_rng(1))
     for before, time in zip([None, *record.times], record.times):
         instant = Instant(record, before, time, memory, compare)
         instant.settle()
@@ -170,6 +172,7 @@ class Instant:
             founded.setdefault(group, self.memory.next_group + len(founded))
             self.places[target] = member(founded[group])
         self.memory.next_group += len(founded)
+        self.memory.next_review = self.time + self.rules["review_period_s"] * 1e6
         for group in founded.values():
             self.tell("group-founded", group=group, number=len(self.members(group)))
         self.compare_cost(sorted(self.tracks), [self.places[target][1] for target in sorted(self.tracks)], wanted)
@@ -203,20 +206,22 @@ class Instant:
                 self.complete(target)
             else:
                 self.places[target] = UNASSIGNED
+                self.tell("left-out", target, group)
 
     def take_in(self):
         """Targets outside join the nearest groups that have room to spare."""
-        outside, pairs = self.outside(), []
+        outside, pairs = self.slow_enough(self.outside()), []
         for group in self.groups():
             members = self.members(group)
             distances = np.hypot(*(self.positions(outside) - self.positions(members).mean(axis=0)).T)
             # Judged before anybody joins: who joins alone draws the centroid to itself.
             pairs += [(distance, target, group) for distance, target in zip(distances, outside)
-                      if distance * len(members) / (len(members) + 1) <= self.reach()]
+                      if distance * len(members) / (len(members) + 1) <= self.reach()
+                      and not self.is_barred(target, group)]
         for _, target, group in sorted(pairs):
             if self.places[target] in [UNASSIGNED, DISCARDED] and self.need([*self.members(group), target]).has_room:
                 self.tell("joined" if self.places[target] == UNASSIGNED else "taken-back", target, group)
-                at_once = self.rules["dwell_max_s"] == 0.0 or all(self.views(target, group))
+                at_once = self.rules["dwell_max_s"] == 0.0 or self.is_seen_by_all(target, group)
                 self.places[target] = member(group) if at_once else ("dwell", None, group)
                 self.memory.dwells[target] = self.time, 0
 
@@ -230,16 +235,30 @@ class Instant:
         gains = {}
         for group in self.groups():
             own = [target for target in self.members(group) if self.places[target] == member(group)]
-            together, least = len(self.gather(own)), len(self.members(group))
+            soon = [target for target in self.outside() if self.is_soon_seen(target, self.members(group))]
+            together, least = len(self.gather(own + soon)), len(self.members(group))
             if together - least >= max(2, least / 2):
                 gains[group] = together - least, together
         if gains:
             group = max(gains, key=lambda group: (gains[group][0], -group))
             self.dissolve(group, gains[group][1])
 
-    def gather(self, others=()):
-        """The most targets, outside and others, that one orbit about one of them could hold."""
-        targets = sorted([*self.outside(), *others])
+    def is_soon_seen(self, target, members):
+        """Within sensing range after a while, even if it drives away."""
+        scenario, distance = self.scenario, np.hypot(*(self.position(target) - self.positions(members).mean(axis=0)))
+        closing = max(scenario["uavs"]["speed_m_s"] - self.speed(target), 0.0)
+        return distance <= scenario["sensor"]["sensing_range_m"] + SOON_S * closing
+
+    def speed(self, target):
+        return np.hypot(*self.tracks[target].velocity)
+
+    def slow_enough(self, targets):
+        uavs = self.scenario["uavs"]
+        return [target for target in targets if self.speed(target) <= uavs["speed_m_s"] + uavs["speed_change_max_m_s"]]
+
+    def gather(self, targets):
+        """The most of these targets that one orbit about one of them could hold."""
+        targets = sorted(self.slow_enough(targets))
         if not targets:
             return []
         positions = self.positions(targets)
@@ -251,7 +270,9 @@ class Instant:
 
     def found_another(self):
         """One more group: of targets outside, or else by splitting the one with the largest sum of squares."""
-        founders = self.gather()
+        founders = self.gather(self.outside()) or self.outside()[:1]
+        for target in founders:
+            self.tell("joined", target, self.memory.next_group)
         if not founders:
             own = {group: [target for target in self.members(group) if self.places[target] == member(group)]
                    for group in self.groups()}
@@ -263,6 +284,8 @@ class Instant:
             some = 0 < 2 * len(founders) <= len(own[widest])
             self.compare("(30) part that splits off: some, at most half", True, some)
             self.compare_cost(own[widest], [target in founders for target in own[widest]], 2)
+            for target in founders:
+                self.tell("regrouped", target, widest, self.memory.next_group)
         for target in founders:
             self.places[target] = member(self.memory.next_group)
         self.tell("group-founded", group=self.memory.next_group, number=len(founders))
@@ -293,7 +316,7 @@ class Instant:
 
     def request(self, target, passing, receiving):
         need = self.need([*self.members(receiving), target])
-        if not need.has_room:
+        if not need.has_room or self.is_barred(target, receiving):
             return
         longest = self.rules["dwell_max_s"]
         times = [self.equation_34(uav.position, need) for uav in self.crew.get(receiving, [])]
@@ -322,10 +345,19 @@ class Instant:
         views, is_last = self.views(target, receiving), self.time - requested >= self.rules["dwell_max_s"] * 1e6
         if passing is not None and wanted != receiving:
             self.withdraw(target)
-        elif all(views) or is_last and any(views):
+        elif self.is_seen_by_all(target, receiving) or is_last and any(views):
             self.complete(target)
         elif is_last:
             self.withdraw(target)
+
+    def is_barred(self, target, group):
+        """A handoff to that group was withdrawn not long ago."""
+        barred, until = self.memory.barred.get(target, (None, 0))
+        return barred == group and self.time < until
+
+    def is_seen_by_all(self, target, group):
+        views = self.views(target, group)
+        return bool(views) and all(views)
 
     def views(self, target, group):
         """Of each UAV of a group, whether it has the target in view, with one standard deviation to spare."""
@@ -350,6 +382,8 @@ class Instant:
         place, passing, receiving = self.places[target]
         if place == "dwell":
             self.places[target] = DISCARDED if passing is None else member(passing)
+            dwell = max(self.memory.dwells[target][1], self.rules["dwell_min_s"] * 1e6)
+            self.memory.barred[target] = receiving, self.time + dwell
             if passing is not None:
                 self.tell("handoff-withdrawn", target, passing, receiving)
             elif not lost:
@@ -361,17 +395,28 @@ class Instant:
             since, threshold = self.memory.diverging.get(group, (0, None))
             if since > self.rules["convergence_patience_s"] * 1e6 and len(self.members(group)) > 1:
                 self.let_go(group, self.need(self.members(group)).furthest, threshold)
+            if self.memory.outrun.get(group, 0) > self.rules["convergence_patience_s"] * 1e6:
+                self.discard_fastest(group)
             while len(self.members(group)) > 1:
                 need = self.need(self.members(group))
                 if need.unclamped <= self.orbit["radius_max_m"]:
                     break
                 self.let_go(group, need.furthest, need.unclamped)
 
+    def discard_fastest(self, group):
+        """Of a group that outruns the UAVs."""
+        fastest = max(self.members(group), key=lambda target: (self.speed(target), target))
+        if len(self.members(group)) > 1:
+            self.let_go(group, fastest, self.speed(fastest))
+
     def let_go(self, group, furthest, number):
-        """A target being received goes first; one being passed on is passed at once."""
-        incoming = [target for target in self.members(group) if self.places[target][2] == group]
-        if incoming:
-            self.withdraw(incoming[0])
+        """A target being received goes first if it widens the orbit; one being passed on is passed at once."""
+        members = self.members(group)
+        needed, incoming = self.need(members).unclamped, [target for target in members if self.places[target][2] == group]
+        widening = [target for target in incoming
+                    if self.need([other for other in members if other != target]).unclamped < needed]
+        if widening or furthest in incoming:
+            self.withdraw([*widening, furthest][0])
         elif self.places[furthest][2] is not None:
             self.complete(furthest)
         else:
@@ -380,7 +425,7 @@ class Instant:
 
     def remember_diverging(self):
         """For how long Lemma 3.1's threshold of every UAV of a group, at nominal speed, has been below the limit."""
-        diverging, speed = {}, self.scenario["uavs"]["speed_m_s"]
+        diverging, outrun, speed = {}, {}, self.scenario["uavs"]["speed_m_s"]
         elapsed = self.time - self.before if self.before is not None else 0
         for group, row in self.record.groups[self.time].items():
             radius, rate, thresholds = row.standoff_distance_m, row.standoff_rate_m_s, []
@@ -396,7 +441,9 @@ class Instant:
             old = self.memory.diverging.get(group, (0, None))[0] if self.kept_members(group) else 0
             if thresholds and max(thresholds) < -self.rules["convergence_limit_m2_s"]:
                 diverging[group] = old + elapsed, max(thresholds)
-        self.memory.diverging = diverging
+            if np.hypot(*row.velocity) > speed + self.scenario["uavs"]["speed_change_max_m_s"]:
+                outrun[group] = elapsed + (self.memory.outrun.get(group, 0) if self.kept_members(group) else 0)
+        self.memory.diverging, self.memory.outrun = diverging, outrun
 
     def kept_members(self, group):
         """With other members it is another orbit."""
@@ -435,7 +482,7 @@ def clustered(positions, count, random):
 
 def check_crews(record, compare):
     """Who serves which group: carried on, or assigned anew where groups came or went, by all possible assignments."""
-    known = 0
+    known, when_assigned = 0, {}
     for before, time in zip([None, *record.times], record.times):
         groups, uavs = list(record.groups[time]), record.uavs[time]
         old_groups = list(record.groups[before]) if before is not None else []
@@ -444,9 +491,13 @@ def check_crews(record, compare):
         ids = sorted(set(groups) - set(old_groups))
         compare("ids of new groups", ids, known + np.arange(len(ids)))
         known += len(ids)
-        if groups == old_groups:
+        numbers = {group: row.members for group, row in record.groups[time].items()}
+        changed = any(abs(now - when_assigned[group]) >= 2 and max(now, when_assigned[group]) >= 2 * min(now, when_assigned[group])
+                      for group, now in numbers.items() if group in when_assigned)
+        if groups == old_groups and not changed:
             compare("crew carried on", 0, sum(crew[uav] != old_crew[uav] for uav in uavs))
         elif groups:
+            when_assigned = numbers
             sizes = [list(crew.values()).count(group) for group in groups]
             compare("UAVs in no group", 0, list(crew.values()).count(None))
             compare("(33) groups unserved, or served by too many", 0,
