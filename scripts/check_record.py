@@ -67,6 +67,10 @@ def check(table, path):
         require(sum(name.startswith("cov_") for name in names) == 21, table, "lacks covariances")
         unknown = set(values["status"]) - {"cued", "held", "coasting"}
         require(not unknown, table, f"unknown status {unknown}")
+    page = (Path(__file__).parent.parent / "docs" / "record.md").read_text(encoding="utf-8")
+    told = page.split(f"## `{table}`")[1].split("\n## ")[0] + "`time_us` `time_s`"
+    untold = [name for name in names if f"`{name}`" not in told]
+    require(not untold, table, f"has columns that docs/record.md does not tell of: {untold}")
     for name, column in columns:
         bad = [v for v in column if isinstance(v, float) and not math.isfinite(v)]
         require(not bad, table, f"{name} holds {bad[:3]}")
