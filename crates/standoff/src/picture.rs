@@ -148,11 +148,15 @@ impl Picture {
                 })
             })
         };
+        // Targets, sightings and the targets before come in the same order: walked side by side.
+        let (mut sightings, mut olds) = (scratch.sightings.as_slice(), previous.known.as_slice());
         for known in &mut self.known {
             let before = known.track;
-            looks_at(before.target, &scratch.sightings, &mut scratch.looks);
+            take_looks(before.target, &mut sightings, &mut scratch.looks);
+            olds = &olds[olds.iter().take_while(|old| old.track.target < before.target).count()..];
             // A track that a cue has just started is at this instant already.
-            let was_alive = previous.find(before.target).is_some_and(|old| !old.track.is_lost());
+            let old = olds.first().filter(|old| old.track.target == before.target);
+            let was_alive = old.is_some_and(|old| !old.track.is_lost());
             let step = if was_alive || before.is_lost() { news.transition } else { news.no_time };
             known.track = before.advance(step, &scratch.looks, should_be_seen, &params.track);
             let kind = match (before.status, known.track.status) {
@@ -169,9 +173,14 @@ impl Picture {
 
     /// Detections of targets that nobody handed over start tracks of their own.
     fn start_unknown(&mut self, params: &TeamParams, scratch: &mut Scratch) {
-        for sighting in &scratch.sightings {
-            let Err(index) = self.place(sighting.target) else { continue };
-            looks_at(sighting.target, &scratch.sightings, &mut scratch.looks);
+        let (mut sightings, mut index) = (scratch.sightings.as_slice(), 0);
+        while let Some(sighting) = sightings.first() {
+            take_looks(sighting.target, &mut sightings, &mut scratch.looks);
+            let later = self.known[index..].iter();
+            index += later.take_while(|known| known.track.target < sighting.target).count();
+            if self.known.get(index).is_some_and(|known| known.track.target == sighting.target) {
+                continue;
+            }
             let started = Track::from_looks(sighting.target, &scratch.looks, &params.track);
             let Some(track) = started else { continue };
             self.known.insert(index, Known::unassigned(track));
@@ -294,12 +303,14 @@ fn gather_sightings(inbox: &Inbox, sightings: &mut Vec<Sighting>) {
     sightings.sort_unstable_by_key(|sighting| (sighting.target, sighting.uav));
 }
 
-/// Everything measured of one target at this instant, by ascending UAV.
-fn looks_at(target: TargetId, sightings: &[Sighting], looks: &mut Vec<Look>) {
-    let start = sightings.partition_point(|sighting| sighting.target < target);
-    let of_target = sightings[start..].iter().take_while(|sighting| sighting.target == target);
+/// Everything measured of one target at this instant, by ascending UAV. Leaves in `sightings` those of later targets.
+fn take_looks(target: TargetId, sightings: &mut &[Sighting], looks: &mut Vec<Look>) {
+    let earlier = sightings.iter().take_while(|sighting| sighting.target < target).count();
     looks.clear();
-    looks.extend(of_target.map(|sighting| sighting.look));
+    looks.extend(
+        sightings[earlier..].iter().take_while(|sighting| sighting.target == target).map(|sighting| sighting.look),
+    );
+    *sightings = &sightings[earlier + looks.len()..];
 }
 
 /// The team: every UAV heard of late, and the group it served until now.

@@ -30,6 +30,8 @@ pub struct Clusters {
     pub of: Vec<usize>,
     centroids: Vec<Position>,
     sizes: Vec<usize>,
+    /// Of each cluster, the square of half the way to the nearest other centroid.
+    safe_m2: Vec<f64>,
 }
 
 impl Clusters {
@@ -65,8 +67,12 @@ impl Clusters {
     pub fn refine(&mut self, positions: &[Position], k: usize, margin_m: f64) {
         for _ in 0..ITERATIONS_MAX {
             self.average(positions, k);
+            self.measure_safety();
             let mut moved = false;
             for (cluster, position) in self.of.iter_mut().zip(positions) {
+                if position.squared_distance_m2(self.centroids[*cluster]) < self.safe_m2[*cluster] {
+                    continue;
+                }
                 let nearest = nearest(&self.centroids, *position, *cluster);
                 let gain_m =
                     || position.distance_m(self.centroids[*cluster]) - position.distance_m(self.centroids[nearest]);
@@ -107,6 +113,16 @@ impl Clusters {
         for (centroid, size) in self.centroids.iter_mut().zip(&self.sizes) {
             let n = (*size).max(1) as f64;
             *centroid = Position::from_m(centroid.x_m() / n, centroid.y_m() / n);
+        }
+    }
+
+    /// A position nearer to its centroid than half-way to the next one need not be compared with any.
+    fn measure_safety(&mut self) {
+        self.safe_m2.clear();
+        for (index, own) in self.centroids.iter().enumerate() {
+            let others = self.centroids.iter().enumerate().filter(|(other, _)| *other != index);
+            let nearest_m2 = others.map(|(_, other)| own.squared_distance_m2(*other)).fold(f64::INFINITY, f64::min);
+            self.safe_m2.push(0.25 * nearest_m2);
         }
     }
 
