@@ -50,7 +50,7 @@ enum Command {
 
 const EXAMPLES: &str = "\
 Examples:
-  standoff                                            two UAVs over a convoy in city traffic
+  standoff                                            four UAVs over two groups: the paper's figure 9
   standoff run paper/table-2-pair --seed 7            the paper's pair
   standoff run --traffic city.fcd.xml.gz --uavs 2     over your own traffic
   standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
