@@ -207,3 +207,67 @@ proptest! {
         }
     }
 }
+
+/// A convoy that is gone for a quarter of a minute and comes back a little further on is found again: without anything
+/// to watch the UAVs circle about where it was lost, and look there.
+#[test]
+fn what_comes_back_where_it_was_lost_is_found_again() {
+    let mut team = Team::new(2, 4).with_motion(|id, now| {
+        let position = Position::from_m(20.0 * f64::from(id) + 2.0 * now.s(), 10.0 * f64::from(id % 2));
+        Some((position, Velocity::from_m_s(2.0, 0.0))).filter(|_| !(30.0..45.0).contains(&now.s()))
+    });
+    let lost = |team: &Team| team.agents[0].picture().known.iter().filter(|known| known.track.is_lost()).count();
+    for tick in 0..90 {
+        team.tick(tick);
+    }
+    assert_eq!((lost(&team), team.agents[0].picture().groups.len()), (4, 0));
+    for tick in 90..120 {
+        team.tick(tick);
+    }
+    assert_eq!((lost(&team), team.agents[0].picture().groups.len()), (0, 1));
+}
+
+/// Everybody who leaves the team or comes to it is told of, also when nobody is left in between.
+#[test]
+fn who_comes_and_goes_is_told_of() {
+    let mut team = Team::new(3, 2);
+    let mut told = Vec::new();
+    for tick in 0..60 {
+        // The agent whose picture is looked at stays; the others are silent for a while.
+        team.silent = if (20..40).contains(&tick) { vec![UavId(1), UavId(2)] } else { Vec::new() };
+        let (now, scans, inbox) = team.speak(tick);
+        let own = team.states[0];
+        let step = team.agents[0].step(now, &own, scan_of(&scans[0]), &inbox);
+        let of_uavs =
+            step.events.iter().filter(|event| matches!(event.kind, EventKind::UavLost | EventKind::UavJoined));
+        told.extend(of_uavs.map(|event| (tick, event.kind.name(), event.uav)));
+        team.tick(tick);
+    }
+    let (one, two) = (Some(UavId(1)), Some(UavId(2)));
+    assert_eq!(told, [(26, "uav-lost", one), (26, "uav-lost", two), (40, "uav-joined", one), (40, "uav-joined", two)]);
+}
+
+/// A group that takes in many targets gets the UAV that a small one can spare.
+#[test]
+fn uavs_are_assigned_anew_when_a_group_doubles() {
+    let mut team = Team::new(3, 19).with_motion(|id, now| {
+        let (east_m, from_s) = match id {
+            0..4 => (0.0, 0.0),
+            4..7 => (1200.0, 0.0),
+            _ => (1200.0, 20.0),
+        };
+        let position = Position::from_m(east_m + 15.0 * f64::from(id % 4), 20.0 * f64::from(id / 4));
+        Some((position, Velocity::ZERO)).filter(|_| now.s() >= from_s)
+    });
+    let serving = |team: &Team, group: u32| {
+        team.agents[0].picture().crew.iter().filter(|duty| duty.group == GroupId(group)).count()
+    };
+    for tick in 0..38 {
+        team.tick(tick);
+    }
+    assert_eq!((serving(&team, 0), serving(&team, 1)), (2, 1));
+    for tick in 38..60 {
+        team.tick(tick);
+    }
+    assert_eq!((serving(&team, 0), serving(&team, 1)), (1, 2));
+}

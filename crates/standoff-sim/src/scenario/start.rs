@@ -120,3 +120,23 @@ fn first_orbit(positions: &[Position], team: &TeamParams) -> (Position, f64) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However many UAVs there are, and wherever the targets: also all in one place.
+    #[test]
+    fn nobody_starts_on_top_of_another() {
+        let at = |points: &[(f64, f64)]| points.iter().map(|(x, y)| Position::from_m(*x, *y)).collect::<Vec<_>>();
+        let worlds = [at(&[]), at(&[(0.0, 0.0); 12]), at(&[(0.0, 0.0), (90.0, 5.0), (4000.0, 0.0), (30.0, 700.0)])];
+        for (count, positions) in (1..=30).flat_map(|count| worlds.iter().map(move |positions| (count, positions))) {
+            let starts: Vec<Position> =
+                on_orbits(count, positions, &TeamParams::table_1()).iter().map(start_of).collect();
+            assert_eq!(starts.len(), count);
+            for (index, one) in starts.iter().enumerate() {
+                assert!(starts[..index].iter().all(|other| other.distance_m(*one) > 99.9), "{count} UAVs: {starts:?}");
+            }
+        }
+    }
+}
