@@ -5,8 +5,9 @@
 //! ```
 //!
 //! Erratum: (30) prints the norm, the text says squares; squares it is, for which the mean is the best centroid. The
-//! paper starts from random centroids; here a few starts are tried, the same in every run, and from then on each clustering starts from the last one, so that a cluster stays itself from tick to tick. No cluster is ever
-//! empty: its last target stays.
+//! paper starts from random centroids; here a few starts are tried, the same in every run, and from then on each
+//! clustering starts from the last one, so that a cluster stays itself from tick to tick. No cluster is ever empty: its
+//! last target stays.
 
 use crate::frame::Position;
 

@@ -276,11 +276,11 @@ impl Settling<'_> {
     /// Beyond section IV.B.2.
     fn discard_fastest(&mut self, id: GroupId) {
         let outrun = self.previous.iter().find(|group| group.id == id).map_or(Duration::ZERO, |group| group.outrun);
-        if outrun.s() <= self.params.group.convergence_patience_s || self.buffers.roster.of(id).count() < 2 {
+        if outrun.s() <= self.params.group.convergence_patience_s || self.members(id).count() < 2 {
             return;
         }
         let speed_m_s = |index: &usize| self.known[*index].speed_m_s();
-        let fastest = self.buffers.roster.of(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
+        let fastest = self.members(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
         if let Some(fastest) = fastest {
             let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
             self.let_go(id, fastest, EventKind::DiscardedTooFast { speed_m_s, limit_m_s });
