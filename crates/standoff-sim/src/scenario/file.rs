@@ -228,7 +228,7 @@ table! {
         convergence_limit_m2_s = 6000.0;
         /// For how long they must stay below it, s.
         convergence_patience_s = 3.0;
-        /// So often it is asked whether a group's UAVs could watch far more targets by forming another, s; 0: never.
+        /// So often it is asked whether a group's UAVs could watch more targets by forming another, s; 0: never.
         review_period_s = 30.0;
         /// Altitude of the lowest orbit, m.
         altitude_lowest_m = 300.0;

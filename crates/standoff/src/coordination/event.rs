@@ -58,6 +58,8 @@ pub enum EventKind {
     Joined,
     /// A target's group was split, and it belongs to the new one.
     Regrouped,
+    /// A target's group has ended in favour of a neighbour, to which it belongs now.
+    Merged,
     /// Clustering wants a target in another group: it belongs to both for a while (34).
     HandoffRequested {
         /// T_hd, s.
@@ -134,6 +136,13 @@ pub enum DissolutionReason {
     Empty,
     /// There are fewer UAVs, or targets, than so many groups need.
     TooMany,
+    /// Another group can hold its targets too, and its UAVs can watch others.
+    Merged {
+        /// The other group.
+        into: GroupId,
+        /// How many others can be watched together.
+        together: u32,
+    },
     /// Its UAVs can watch far more targets elsewhere, or a little to the side.
     Outnumbered {
         /// How many can be watched together there.
@@ -195,7 +204,7 @@ impl EventKind {
             Self::GroupFounded { .. } => "group-founded",
             Self::GroupDissolved(_) => "group-dissolved",
             Self::Joined => "joined",
-            Self::Regrouped => "regrouped",
+            Self::Regrouped | Self::Merged => "regrouped",
             Self::HandoffRequested { .. } => "handoff-requested",
             Self::HandoffCompleted(_) => "handoff-completed",
             Self::HandoffWithdrawn(_) => "handoff-withdrawn",
@@ -237,6 +246,14 @@ impl fmt::Display for EventKind {
             Self::GroupDissolved(DissolutionReason::Outnumbered { together }) => {
                 write!(f, "its UAVs can watch more: {together} targets, its own and unassigned ones, fit on one orbit")
             }
+            Self::GroupDissolved(DissolutionReason::Merged { into, together }) => {
+                let others = if *together == 1 {
+                    "1 unassigned target".to_owned()
+                } else {
+                    format!("{together} unassigned targets")
+                };
+                write!(f, "its UAVs can watch {others}, and group {} can hold its own", into.0)
+            }
             Self::Joined => f.write_str("an orbit with it keeps the whole group in view"),
             Self::Regrouped => f.write_str("its group was split: there are UAVs for another one"),
             Self::HandoffRequested { dwell_s } => write!(
@@ -265,6 +282,7 @@ impl fmt::Display for EventKind {
                 "furthest from the centre, and its orbit runs away from the UAVs: xi_th {threshold_m2_s:.0} m2/s, below \
                  {limit_m2_s:.0} m2/s for too long"
             ),
+            Self::Merged => f.write_str("its group ends, and a neighbour's orbit holds it too"),
             Self::DiscardedTooFast { speed_m_s, limit_m_s } => write!(
                 f,
                 "the fastest, at {speed_m_s:.0} m/s, of a group that outruns the UAVs, which fly {limit_m_s:.0} m/s at most"

@@ -68,7 +68,7 @@ pub struct GroupParams {
     pub dwell_min_s: f64,
     /// Longest dwell, s; at least `dwell_min_s`; 0 switches the dwell off.
     pub dwell_max_s: f64,
-    /// So often it is asked whether a group's UAVs could watch far more targets by forming another, s; at least 0; 0
+    /// So often it is asked whether a group's UAVs could watch more targets by forming another, s; at least 0; 0
     /// switches it off, as in the paper.
     pub review_period_s: f64,
     /// What the assignment of UAVs to groups maximises.

@@ -224,18 +224,23 @@ impl Settling<'_> {
                     _ => EventKind::Joined,
                 };
                 self.events.push(Event::of_target(kind, self.known[index].track.target, Some(id)));
-                // A member is in view; until then the orbit only makes room for it, if there is a dwell.
-                let at_once = self.params.group.dwell_max_s <= 0.0 || self.is_seen_by_all(index, id);
-                self.known[index].membership = match at_once {
-                    true => Membership::Member(id),
-                    false => {
-                        let (requested_at, dwell) = (self.now, Duration::ZERO);
-                        Membership::Dwell(Handoff { from: None, to: id, requested_at, dwell })
-                    }
-                };
+                self.receive(index, id);
                 self.fill_roster();
             }
         }
+    }
+
+    /// A group takes a target in that nobody passes to it. A member is in view; until then the orbit only makes room for
+    /// it, if there is a dwell.
+    fn receive(&mut self, index: usize, id: GroupId) {
+        let at_once = self.params.group.dwell_max_s <= 0.0 || self.is_seen_by_all(index, id);
+        self.known[index].membership = match at_once {
+            true => Membership::Member(id),
+            false => {
+                let (requested_at, dwell) = (self.now, Duration::ZERO);
+                Membership::Dwell(Handoff { from: None, to: id, requested_at, dwell })
+            }
+        };
     }
 
     /// What the group's orbit needs with a further target, if it has room for it to spare.

@@ -61,9 +61,16 @@ impl Settling<'_> {
         for index in 0..self.known.len() {
             match self.known[index].membership {
                 Membership::Member(group) if group == id => {
-                    self.known[index].membership = Membership::Unassigned;
-                    let kind = EventKind::LeftOut(WithdrawalReason::GroupEnds);
-                    self.events.push(Event::of_target(kind, self.known[index].track.target, Some(id)));
+                    let target = self.known[index].track.target;
+                    if let DissolutionReason::Merged { into, .. } = reason {
+                        self.receive(index, into);
+                        let event = Event::of_target(EventKind::Merged, target, Some(id));
+                        self.events.push(Event { to: Some(into), ..event });
+                    } else {
+                        self.known[index].membership = Membership::Unassigned;
+                        let kind = EventKind::LeftOut(WithdrawalReason::GroupEnds);
+                        self.events.push(Event::of_target(kind, target, Some(id)));
+                    }
                 }
                 Membership::Dwell(handoff) if handoff.to == id => self.withdraw(index, WithdrawalReason::GroupEnds),
                 Membership::Dwell(handoff) if handoff.from == Some(id) => {
@@ -76,8 +83,8 @@ impl Settling<'_> {
     }
 
     /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
-    /// forming a group of its own targets and those outside. Only targets count that its UAVs can
-    /// have within sensing range soon.
+    /// forming a group of its own targets and those outside; or any at all, if a neighbour's orbit can hold its own
+    /// targets too. Only targets count that its UAVs can have within sensing range soon.
     pub(super) fn review(&mut self, wanted: usize) {
         let period_s = self.params.group.review_period_s;
         let is_due = period_s > 0.0 && self.now >= *self.next_review && self.group_ids() >= wanted;
@@ -85,37 +92,64 @@ impl Settling<'_> {
             return;
         }
         *self.next_review = self.now + Duration::from_s(period_s);
-        let mut most: Option<(usize, usize, GroupId)> = None;
+        let mut best: Option<(usize, GroupId, Position, DissolutionReason)> = None;
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
-            let members = self.buffers.roster.of(id).count();
             let Some(from) = self.need(id).map(|need| need.centre()) else { continue };
-            let (range_m, speed_m_s) = (self.params.track.sensor.sensing_range_m, self.params.uav.speed_m_s);
-            let together = self.gather(|known| {
-                // In the worst case it drives away.
-                let reach_m = range_m + SOON_S * (speed_m_s - known.speed_m_s()).max(0.0);
-                let is_soon_seen = known.position().squared_distance_m2(from) <= reach_m * reach_m;
-                known.membership == Membership::Member(id) || (known.is_outside() && is_soon_seen)
+            let members = self.members(id).count();
+            let into = self.who_could_hold(id);
+            let together = self.gather(|known, settling| {
+                let is_own = into.is_none() && known.membership == Membership::Member(id);
+                is_own || (known.is_outside() && settling.is_soon_seen(known, from))
             });
-            let gain = together.saturating_sub(members);
-            if gain >= 2 && 2 * gain >= members && most.is_none_or(|(best, ..)| gain > best) {
-                most = Some((gain, together, id));
+            let (gain, reason) = match into {
+                Some(into) => (together, DissolutionReason::Merged { into, together: together as u32 }),
+                None => {
+                    let gain = together.saturating_sub(members);
+                    let is_worth_it = gain >= 2 && 2 * gain >= members;
+                    (if is_worth_it { gain } else { 0 }, DissolutionReason::Outnumbered { together: together as u32 })
+                }
+            };
+            if gain > best.map_or(0, |(most, ..)| most) {
+                best = Some((gain, id, from, reason));
             }
         }
-        if let Some((_, together, id)) = most {
-            self.dissolve(id, DissolutionReason::Outnumbered { together: together as u32 });
+        if let Some((_, id, from, reason)) = best {
+            self.dissolve(id, reason);
+            if self.gather(|known, settling| known.is_outside() && settling.is_soon_seen(known, from)) > 0 {
+                self.found();
+            }
         }
+    }
+
+    /// Within sensing range of UAVs about `from` after a while, even if it drives away.
+    fn is_soon_seen(&self, known: &Known, from: Position) -> bool {
+        let closing_m_s = (self.params.uav.speed_m_s - known.speed_m_s()).max(0.0);
+        let reach_m = self.params.track.sensor.sensing_range_m + SOON_S * closing_m_s;
+        known.position().squared_distance_m2(from) <= reach_m * reach_m
+    }
+
+    /// The first other group whose orbit has room for all members of a group.
+    fn who_could_hold(&self, id: GroupId) -> Option<GroupId> {
+        let group = &self.params.group;
+        self.buffers.groups.iter().copied().filter(|other| *other != id).find(|other| {
+            let of_other = self.members(*other).filter(|index| !self.known[*index].groups().any(|group| group == id));
+            let both = of_other.chain(self.members(id));
+            Need::of(self.known, both, group).is_some_and(|need| need.leaves_room(group))
+        })
     }
 
     /// Gathers in `buffers.places` the largest number of targets that count which one orbit about one of them could
     /// hold; gives their number. Targets faster than the UAVs do not count.
-    fn gather(&mut self, counts: impl Fn(&Known) -> bool) -> usize {
+    fn gather(&mut self, counts: impl Fn(&Known, &Self) -> bool) -> usize {
         let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
         let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
-        let counts = |known: &Known| counts(known) && known.speed_m_s() <= limit_m_s;
+        let mut places = core::mem::take(&mut self.buffers.places);
+        places.clear();
+        let counts = |known: &Known| known.speed_m_s() <= limit_m_s && counts(known, self);
+        places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
         let buffers = &mut *self.buffers;
-        buffers.places.clear();
-        buffers.places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
+        buffers.places = places;
         buffers.positions.clear();
         buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
         let mut best: Option<(usize, Position)> = None;
@@ -139,17 +173,22 @@ impl Settling<'_> {
     /// Founds one more group: of targets outside, or else by splitting the most scattered one. `false`: of nothing.
     pub(super) fn found_another(&mut self) -> bool {
         // Where nobody is slow enough, whoever there is.
-        if self.gather(Known::is_outside) > 0 || self.gather_one() > 0 {
-            let id = new_id(self.next_group);
-            for index in &self.buffers.places {
-                self.known[*index].membership = Membership::Member(id);
-                self.events.push(Event::of_target(EventKind::Joined, self.known[*index].track.target, Some(id)));
-            }
-            self.fill_roster();
-            self.tell_of_founding(id, FoundingReason::Outsiders);
+        if self.gather(|known, _| known.is_outside()) > 0 || self.gather_one() > 0 {
+            self.found();
             return true;
         }
         self.split()
+    }
+
+    /// Founds a group of the targets in `buffers.places`.
+    fn found(&mut self) {
+        let id = new_id(self.next_group);
+        for index in &self.buffers.places {
+            self.known[*index].membership = Membership::Member(id);
+            self.events.push(Event::of_target(EventKind::Joined, self.known[*index].track.target, Some(id)));
+        }
+        self.fill_roster();
+        self.tell_of_founding(id, FoundingReason::Outsiders);
     }
 
     /// Gathers in `buffers.places` the first target outside; gives their number.

@@ -341,6 +341,20 @@ fn uavs_go_where_more_can_be_watched() {
     assert_eq!(gone(2500.0).0, [""; 0]);
 }
 
+/// Two groups side by side are one where the other's UAVs can watch somebody who is in no group.
+#[test]
+fn a_group_that_a_neighbour_can_hold_makes_way() {
+    let mut world = World::new(4, &[0.0, 30.0, 130.0, 160.0]).in_pairs();
+    world.settle();
+    assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2, 3])]);
+    world.known.push(Known::unassigned(track(4, 1000.0)));
+    let events: Vec<_> = (0..65).flat_map(|_| world.settle()).collect();
+    let kinds: Vec<_> = events.iter().map(|event| event.kind.name()).collect();
+    assert_eq!(kinds, ["group-dissolved", "regrouped", "regrouped", "joined", "group-founded"]);
+    assert!(events[0].kind.to_string().contains("1 unassigned target, and group 1 can hold its own"));
+    assert_eq!(world.groups(), [(1, vec![0, 1, 2, 3]), (2, vec![4])]);
+}
+
 /// A handoff that was withdrawn is not requested again at once.
 #[test]
 fn a_withdrawn_handoff_waits_for_a_dwell() {
