@@ -104,7 +104,7 @@ pub enum Place {
     Unassigned,
     /// Member of a group.
     Member,
-    /// In dwell: member of two groups, the passing and the receiving one.
+    /// On its way into a group that makes room for it: from another group, to which it belongs too, or from none.
     Dwell,
     /// Removed from its group, still predicted.
     Discarded,

@@ -5,6 +5,7 @@ use nalgebra::Vector6;
 use crate::coordination::assignment::Objective;
 use crate::coordination::event::EventKind;
 use crate::coordination::membership::{Known, OnDuty};
+use crate::coordination::need::furthest_from;
 use crate::estimation::group_centre::{Centroid, GroupCentre};
 use crate::estimation::information_filter::Estimate;
 use crate::frame::Position;
@@ -194,8 +195,7 @@ impl Group {
         let centre = carried.or_else(|| GroupCentre::start(&centroid))?;
 
         let at = centre.estimate().state;
-        let distance_m = |index: &usize| estimate(*index).state.position().distance_m(at.position());
-        let furthest = &known[members.max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))?];
+        let furthest = &known[furthest_from(at.position(), known, members)?];
         let spread = spread(&furthest.track.estimate().state, &at);
         let margin_m =
             margin_m(params.margin, centre.innovation_distance, &centroid, furthest.track.estimate(), at.position());
@@ -287,14 +287,7 @@ impl Group {
 
     /// The orbit about this group.
     pub fn orbit(&self, params: &StandoffParams) -> Orbit {
-        let centre = self.centre.estimate().state;
-        Orbit {
-            centre: centre.position(),
-            centre_velocity: centre.velocity(),
-            distance_m: self.standoff.distance_m,
-            rate_m_s: self.standoff.rate_m_s,
-            bounds_m: (params.radius_min_m, params.radius_max_m),
-        }
+        Orbit::about(&self.centre.estimate().state, &self.standoff, params)
     }
 }
 

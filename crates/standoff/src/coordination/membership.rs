@@ -88,7 +88,7 @@ impl Known {
         !self.track.is_lost() && self.home().is_none()
     }
 
-    fn position(&self) -> Position {
+    pub(crate) fn position(&self) -> Position {
         self.track.estimate().state.position()
     }
 
@@ -183,6 +183,13 @@ impl Settling<'_> {
         self.buffers.groups.extend(self.buffers.roster.groups());
     }
 
+    /// Makes `buffers.positions` those of `buffers.places`.
+    fn locate(&mut self) {
+        let buffers = &mut *self.buffers;
+        buffers.positions.clear();
+        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
+    }
+
     /// Number of groups with members.
     fn group_ids(&self) -> usize {
         self.buffers.groups.len()
@@ -256,12 +263,14 @@ impl Settling<'_> {
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
             let limit_m2_s = -self.params.group.convergence_limit_m2_s;
-            let diverging = self.previous.iter().find(|group| group.id == id).and_then(|group| {
-                (group.diverging.s() > self.params.group.convergence_patience_s).then_some(group.threshold_m2_s?)
+            let diverging = self.last(id).and_then(|group| {
+                let threshold_m2_s = group.threshold_m2_s?;
+                let need =
+                    (group.diverging.s() > self.params.group.convergence_patience_s).then(|| self.need(id))??;
+                (need.members() > 1).then_some((threshold_m2_s, need.furthest))
             });
-            let need = self.need(id).filter(|need| need.members() > 1);
-            if let Some((threshold_m2_s, need)) = diverging.zip(need) {
-                self.let_go(id, need.furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
+            if let Some((threshold_m2_s, furthest)) = diverging {
+                self.let_go(id, furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
             }
             self.discard_fastest(id);
             let allowed_m = self.params.group.standoff.radius_max_m;
@@ -280,7 +289,7 @@ impl Settling<'_> {
     ///
     /// Beyond section IV.B.2.
     fn discard_fastest(&mut self, id: GroupId) {
-        let outrun = self.previous.iter().find(|group| group.id == id).map_or(Duration::ZERO, |group| group.outrun);
+        let outrun = self.last(id).map_or(Duration::ZERO, |group| group.outrun);
         if outrun.s() <= self.params.group.convergence_patience_s || self.members(id).count() < 2 {
             return;
         }
@@ -290,6 +299,11 @@ impl Settling<'_> {
             let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
             self.let_go(id, fastest, EventKind::DiscardedTooFast { speed_m_s, limit_m_s });
         }
+    }
+
+    /// The group as it was at the last instant.
+    fn last(&self, id: GroupId) -> Option<&Group> {
+        self.previous.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.previous[index])
     }
 
     /// What a group's orbit needs as its members are now.

@@ -19,7 +19,7 @@ pub(crate) struct Need {
 }
 
 impl Need {
-    /// `None` for no targets. Of equally far targets, the last counts as the furthest.
+    /// `None` for no targets.
     pub(crate) fn of(
         known: &[Known],
         places: impl Iterator<Item = usize> + Clone,
@@ -28,8 +28,7 @@ impl Need {
         let estimate = |index: usize| known[index].track.estimate();
         let centroid = Centroid::of(places.clone().map(estimate))?;
         let centre = centroid.mean.state;
-        let distance_m = |index: &usize| estimate(*index).state.position().distance_m(centre.position());
-        let furthest = places.max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))?;
+        let furthest = furthest_from(centre.position(), known, places)?;
         let margin_m = margin_m(params.margin, 0.0, &centroid, estimate(furthest), centre.position());
         let standoff = params.standoff.distance(spread(&estimate(furthest).state, &centre), margin_m);
         Some(Self { centroid, furthest, standoff })
@@ -53,13 +52,12 @@ impl Need {
 
     /// The orbit.
     pub(crate) fn orbit(&self, params: &GroupParams) -> Orbit {
-        let centre = self.centroid.mean.state;
-        Orbit {
-            centre: centre.position(),
-            centre_velocity: centre.velocity(),
-            distance_m: self.standoff.distance_m,
-            rate_m_s: self.standoff.rate_m_s,
-            bounds_m: (params.standoff.radius_min_m, params.standoff.radius_max_m),
-        }
+        Orbit::about(&self.centroid.mean.state, &self.standoff, &params.standoff)
     }
+}
+
+/// The place of the target furthest from a centre; of equally far ones the last.
+pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
+    let distance_m = |index: &usize| known[*index].position().distance_m(centre);
+    places.max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))
 }

@@ -13,9 +13,10 @@
 use crate::angle::Angle;
 use crate::frame::{Position, Velocity};
 use crate::guidance::moving_centre;
-use crate::guidance::standoff_distance::virtual_distance_m;
+use crate::guidance::standoff_distance::{StandoffDistance, StandoffParams, virtual_distance_m};
 use crate::guidance::vector_field::{PolarMotion, Sense, VectorField, convergence_threshold_m2_s};
 use crate::param::{Allowed, ParamError};
+use crate::target::TargetState;
 use crate::uav::UavState;
 
 /// Which derivative of the desired heading is fed forward.
@@ -82,6 +83,19 @@ pub struct Orbit {
     pub rate_m_s: f64,
     /// Bounds within which the virtual radius (22) stays, m.
     pub bounds_m: (f64, f64),
+}
+
+impl Orbit {
+    /// The orbit about a centre at a standoff distance, within these bounds.
+    pub fn about(centre: &TargetState, standoff: &StandoffDistance, params: &StandoffParams) -> Self {
+        Self {
+            centre: centre.position(),
+            centre_velocity: centre.velocity(),
+            distance_m: standoff.distance_m,
+            rate_m_s: standoff.rate_m_s,
+            bounds_m: (params.radius_min_m, params.radius_max_m),
+        }
+    }
 }
 
 /// What the law wants of one UAV, and what it looked at.

@@ -17,11 +17,10 @@ impl Settling<'_> {
     ///
     /// Implements Algorithm 1's place in the mission.
     pub(super) fn found_first(&mut self, wanted: usize) {
+        self.buffers.places.clear();
+        self.buffers.places.extend((0..self.known.len()).filter(|index| !self.known[*index].track.is_lost()));
+        self.locate();
         let buffers = &mut *self.buffers;
-        buffers.places.clear();
-        buffers.places.extend((0..self.known.len()).filter(|index| !self.known[*index].track.is_lost()));
-        buffers.positions.clear();
-        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
         buffers.clusters.found(&buffers.positions, wanted);
         // Groups are numbered by their first target.
         let mut ids: Vec<(usize, GroupId)> = Vec::new();
@@ -148,10 +147,9 @@ impl Settling<'_> {
         places.clear();
         let counts = |known: &Known| known.speed_m_s() <= limit_m_s && counts(known, self);
         places.extend((0..self.known.len()).filter(|index| counts(&self.known[*index])));
+        self.buffers.places = places;
+        self.locate();
         let buffers = &mut *self.buffers;
-        buffers.places = places;
-        buffers.positions.clear();
-        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
         let mut best: Option<(usize, Position)> = None;
         for about in &buffers.positions {
             let near = buffers.positions.iter().filter(|position| is_near(**position, *about)).count();
@@ -236,9 +234,8 @@ impl Settling<'_> {
         buffers.places.clear();
         let is_member = |index: &usize| self.known[*index].membership == Membership::Member(id);
         buffers.places.extend(buffers.roster.of(id).filter(is_member));
-        buffers.positions.clear();
-        buffers.positions.extend(buffers.places.iter().map(|index| self.known[*index].position()));
-        buffers.places.len()
+        self.locate();
+        self.buffers.places.len()
     }
 }
 

@@ -41,15 +41,19 @@ impl Settling<'_> {
 
     /// A group all of whose members are on their way to others keeps the first of them.
     fn keep_every_group_a_home(&mut self) {
+        let mut is_changed = false;
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
             let has_home = self.buffers.roster.of(id).any(|index| self.known[index].home() == Some(id));
             let first = self.buffers.roster.of(id).next();
             if let Some(first) = first.filter(|_| !has_home) {
                 self.withdraw(first, WithdrawalReason::GroupEnds);
+                is_changed = true;
             }
         }
-        self.fill_roster();
+        if is_changed {
+            self.fill_roster();
+        }
     }
 
     /// Requests a handoff, if the receiving group has room.

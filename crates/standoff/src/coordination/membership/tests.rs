@@ -1,5 +1,5 @@
 use super::*;
-use crate::coordination::group::Margin;
+use crate::coordination::group::{Before, Margin};
 use crate::frame::Velocity;
 use crate::message::Cue;
 use crate::target::TargetId;
@@ -86,6 +86,14 @@ impl World {
         (0..self.next_group).map(|id| (id, members(id))).filter(|(_, members)| !members.is_empty()).collect()
     }
 
+    /// The first group, as if it had just been founded.
+    fn first_group(&self) -> Group {
+        let transition = self.params.track.target.transition(Duration::ZERO);
+        let before: Option<Before<'_, core::iter::Empty<usize>>> = None;
+        let members = self.buffers.roster.of(GroupId(0));
+        Group::form(GroupId(0), &self.known, members, before, &transition, &self.params).unwrap()
+    }
+
     /// Every UAV serves the group that its id, halved, counts to.
     fn in_pairs(mut self) -> Self {
         for duty in &mut self.on_duty {
@@ -143,12 +151,10 @@ fn a_discarded_target_is_taken_back_with_room_to_spare() {
 fn the_furthest_is_discarded_where_the_orbit_runs_away() {
     let mut world = World::new(2, &[0.0, 100.0, 300.0]);
     world.settle();
-    let transition = world.params.track.target.transition(Duration::ZERO);
-    let form = |world: &World, diverging_s| {
-        let none: Option<super::super::group::Before<'_, core::iter::Empty<usize>>> = None;
-        let members = world.buffers.roster.of(GroupId(0));
-        let group = Group::form(GroupId(0), &world.known, members, none, &transition, &world.params).unwrap();
-        Group { diverging: Duration::from_s(diverging_s), threshold_m2_s: Some(-9000.0), ..group }
+    let form = |world: &World, diverging_s| Group {
+        diverging: Duration::from_s(diverging_s),
+        threshold_m2_s: Some(-9000.0),
+        ..world.first_group()
     };
     world.previous = vec![form(&world, 3.0)];
     assert_eq!(world.kinds(), [""; 0]);
@@ -382,10 +388,7 @@ fn the_fastest_is_discarded_where_the_group_outruns_the_uavs() {
     for (id, speed_m_s) in [(0, 80.0), (1, 10.0), (2, 90.0)] {
         world.known[id as usize].track = fast(id, 30.0 * f64::from(id), speed_m_s);
     }
-    let transition = world.params.track.target.transition(Duration::ZERO);
-    let none: Option<super::super::group::Before<'_, core::iter::Empty<usize>>> = None;
-    let members = world.buffers.roster.of(GroupId(0));
-    let mut group = Group::form(GroupId(0), &world.known, members, none, &transition, &world.params).unwrap();
+    let mut group = world.first_group();
     for _ in 0..7 {
         group.judge(world.on_duty.iter().copied(), Duration::from_s(0.5), &world.params);
     }
