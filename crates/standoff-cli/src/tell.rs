@@ -5,7 +5,7 @@ use std::path::Path;
 
 use standoff_sim::record::{EventRow, Frame, Record};
 use standoff_sim::scenario::Settings;
-use standoff_sim::score::{Rules, Scorer};
+use standoff_sim::score::{Choice, Rules, Scorer};
 use standoff_view::figures::{Setup, figures};
 
 use crate::failure::{Failure, note};
@@ -24,7 +24,7 @@ pub(crate) fn tell(dir: &Path, to: &Path) -> Result<Outcome, Failure> {
     }
     let label = dir.join("scenario.toml").display().to_string();
     let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
-    let mut scorer = Scorer::new(Rules::of(&settings));
+    let mut scorer = Scorer::new(Rules::of(&settings), Choice::ALL);
     let (mut events, mut uavs) = (Vec::new(), 0);
     let frames = record.frames().map_err(Failure::running)?.inspect(|frame| {
         let Ok(frame) = frame else { return };

@@ -12,6 +12,7 @@ use crate::draws::Draws;
 use crate::record::Frame;
 use crate::rows;
 use crate::scenario::{Scenario, Settings};
+use crate::score::{Choice, Metrics, Rules, Scorer};
 use crate::sensors;
 use crate::world::{Truth, World};
 
@@ -26,6 +27,16 @@ pub struct Mission<'a> {
     cued: BTreeSet<TargetId>,
     tick: i64,
     truth: Vec<Truth>,
+}
+
+/// Flies a whole mission and scores it, with no record written.
+pub fn fly(scenario: &Scenario, choice: Choice) -> Result<Metrics, Vec<ParamError>> {
+    let mut mission = Mission::new(scenario)?;
+    let mut scorer = Scorer::new(Rules::of(&scenario.settings), choice);
+    while let Some(frame) = mission.frame() {
+        scorer.frame(&frame);
+    }
+    Ok(scorer.metrics())
 }
 
 /// A UAV in the world, and where its agent wants its sensor to look.

@@ -15,6 +15,8 @@ mod resolve;
 mod start;
 mod team;
 
+use std::sync::Arc;
+
 use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in};
@@ -96,7 +98,7 @@ pub enum Targets {
         manoeuvres: Vec<Manoeuvre>,
     },
     /// Read from a file.
-    Traffic(Traffic),
+    Traffic(Arc<Traffic>),
 }
 
 /// A time in which a UAV sees nothing and is not heard.
@@ -126,7 +128,33 @@ pub struct Manoeuvre {
 impl Scenario {
     /// Loads a built-in scenario by name, or a file.
     pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
-        resolve::resolve(load::Typed::load(name_or_file, edits)?, seed)
+        Template::load(name_or_file, edits)?.draw(seed)
+    }
+}
+
+/// A scenario before anything is drawn: one scenario for every seed.
+#[derive(Debug, Clone)]
+pub struct Template {
+    typed: load::Typed,
+    traffic: Option<Arc<Traffic>>,
+}
+
+impl Template {
+    /// Loads a built-in scenario by name, or a file, and the traffic file it names.
+    pub fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
+        let typed = load::Typed::load(name_or_file, edits)?;
+        let traffic = resolve::read_traffic(&typed)?.map(Arc::new);
+        Ok(Self { typed, traffic })
+    }
+
+    /// The scenario's name.
+    pub fn name(&self) -> &str {
+        &self.typed.name
+    }
+
+    /// The scenario of a seed.
+    pub fn draw(&self, seed: u64) -> Result<Scenario, ScenarioError> {
+        resolve::resolve(&self.typed, self.traffic.as_ref(), seed)
     }
 }
 

@@ -1,13 +1,16 @@
 //! Scores of a run, from its record alone: frame by frame, in bounded memory. `docs/metrics.md` defines each.
 
+mod metrics;
+
 use std::collections::BTreeMap;
 
 use nalgebra::{SMatrix, SVector};
-use serde::Serialize;
 use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams};
 
 use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::scenario::Settings;
+
+pub use metrics::{Choice, Metrics};
 
 /// What a score needs to know of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,53 +40,46 @@ impl Rules {
     }
 }
 
-/// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a single UAV, say).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Metrics {
-    /// Estimated against true position of group members, m.
-    pub position_error_m: Option<f64>,
-    /// Estimated against true velocity of group members, m/s.
-    pub velocity_error_m_s: Option<f64>,
-    /// Estimated against true position of every known target, m.
-    pub position_error_all_m: Option<f64>,
-    /// |r - r_d| by the true geometry, m.
-    pub standoff_error_m: Option<f64>,
-    /// |r - r_d| by the agents' own centre and (15), m.
-    pub standoff_tracking_error_m: Option<f64>,
-    /// `standoff_error_m` from `settle_s` on.
-    pub standoff_error_m_settled: Option<f64>,
-    /// `standoff_tracking_error_m` from `settle_s` on.
-    pub standoff_tracking_error_m_settled: Option<f64>,
-    /// Distance from the wanted separation, degrees.
-    pub phase_error_deg: Option<f64>,
-    /// Largest angle between boresight and a group member, mean over time and UAVs, degrees.
-    pub line_of_sight_deg: Option<f64>,
-    /// The largest of those angles.
-    pub line_of_sight_max_deg: Option<f64>,
-    /// Share of the time of group members in no view, 0 to 1.
-    pub out_of_view_fraction: Option<f64>,
-    /// Longest time without a break that one was in no view, s.
-    pub out_of_view_longest_s: f64,
-    /// Share of the time of existing targets in no group, 0 to 1.
-    pub uncovered_fraction: Option<f64>,
-    /// Share of UAV-time without a feasible orbit, 0 to 1.
-    pub infeasible_fraction: Option<f64>,
-    /// Share of UAV-time with the turn rate at its limit, 0 to 1.
-    pub turn_rate_saturated_fraction: Option<f64>,
-    /// Smallest distance between two UAVs of one group, m.
-    pub separation_min_m: Option<f64>,
-    /// Completed handoffs.
-    pub handoffs: u64,
-    /// Targets removed from a group because no orbit could hold them.
-    pub discards: u64,
-    /// Normalised estimation error squared of group members over the size of the state; 1 is consistent.
-    pub anees: Option<f64>,
+/// What has to be worked out for the chosen metrics.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    estimates: bool,
+    consistency: bool,
+    orbits: bool,
+    line_of_sight: bool,
+    views: bool,
+    limits: bool,
+    coverage: bool,
+    events: bool,
+}
+
+impl Wanted {
+    fn of(choice: Choice) -> Self {
+        Self {
+            estimates: choice.wants(&["position_error_m", "velocity_error_m_s", "position_error_all_m"]),
+            consistency: choice.wants(&["anees"]),
+            orbits: choice.wants(&[
+                "standoff_error_m",
+                "standoff_tracking_error_m",
+                "standoff_error_m_settled",
+                "standoff_tracking_error_m_settled",
+                "phase_error_deg",
+                "separation_min_m",
+            ]),
+            line_of_sight: choice.wants(&["line_of_sight_deg", "line_of_sight_max_deg"]),
+            views: choice.wants(&["out_of_view_fraction", "out_of_view_longest_s"]),
+            limits: choice.wants(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
+            coverage: choice.wants(&["uncovered_fraction"]),
+            events: choice.wants(&["handoffs", "discards"]),
+        }
+    }
 }
 
 /// Scores a run as its frames come.
 #[derive(Debug, Clone)]
 pub struct Scorer {
     rules: Rules,
+    wanted: Wanted,
     position: Mean,
     velocity: Mean,
     position_all: Mean,
@@ -108,10 +104,11 @@ pub struct Scorer {
 }
 
 impl Scorer {
-    /// A scorer that has seen nothing yet.
-    pub fn new(rules: Rules) -> Self {
+    /// A scorer that has seen nothing yet and looks for these metrics; those not chosen are `None` or 0.
+    pub fn new(rules: Rules, choice: Choice) -> Self {
         Self {
             rules,
+            wanted: Wanted::of(choice),
             position: Mean::default(),
             velocity: Mean::default(),
             position_all: Mean::default(),
@@ -137,23 +134,37 @@ impl Scorer {
 
     /// Takes in the next frame.
     pub fn frame(&mut self, frame: &Frame) {
-        self.tracks(frame);
-        for group in &frame.groups {
-            self.orbit(frame, group);
+        let wanted = self.wanted;
+        if wanted.estimates || wanted.consistency {
+            self.tracks(frame);
         }
-        self.views(frame);
-        for uav in &frame.uavs {
-            let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
-            self.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
-            self.saturated.add(f64::from(uav.turn_rate_limited));
+        if wanted.orbits {
+            frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
-        for truth in &frame.truth {
-            let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
-            self.uncovered.add(f64::from(!covered));
+        if wanted.line_of_sight {
+            self.lines_of_sight(frame);
         }
-        let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
-        self.handoffs += count("handoff-completed");
-        self.discards += count("discarded");
+        if wanted.views {
+            self.views(frame);
+        }
+        if wanted.limits {
+            for uav in &frame.uavs {
+                let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
+                self.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
+                self.saturated.add(f64::from(uav.turn_rate_limited));
+            }
+        }
+        if wanted.coverage {
+            for truth in &frame.truth {
+                let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
+                self.uncovered.add(f64::from(!covered));
+            }
+        }
+        if wanted.events {
+            let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
+            self.handoffs += count("handoff-completed");
+            self.discards += count("discarded");
+        }
     }
 
     /// The scores so far.
@@ -190,7 +201,7 @@ impl Scorer {
             if track.group.is_some() {
                 self.position.add(position_error_m);
                 self.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
-                if let Some(nees) = nees_per_state(track, truth) {
+                if let Some(nees) = self.wanted.consistency.then(|| nees_per_state(track, truth)).flatten() {
                     self.nees.add(nees);
                 }
             }
@@ -234,8 +245,8 @@ impl Scorer {
         }
     }
 
-    /// What the sensors had in view. Before they were first pointed there is no view to judge.
-    fn views(&mut self, frame: &Frame) {
+    /// How far off the boresights the members are. Before the sensors were first pointed there is nothing to judge.
+    fn lines_of_sight(&mut self, frame: &Frame) {
         for uav in &frame.uavs {
             let (Some(boresight), Some(group)) = (uav.boresight_rad, uav.group) else { continue };
             let boresight = Angle::from_rad(boresight);
@@ -246,6 +257,10 @@ impl Scorer {
             self.line_of_sight_max_deg =
                 Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
         }
+    }
+
+    /// What the sensors had in view, once they were pointed.
+    fn views(&mut self, frame: &Frame) {
         let looking: Vec<_> =
             frame.uavs.iter().filter_map(|uav| Some((at(uav), Angle::from_rad(uav.boresight_rad?)))).collect();
         if looking.is_empty() {

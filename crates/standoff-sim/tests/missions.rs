@@ -9,7 +9,7 @@ use standoff::Position;
 use standoff_sim::record::{Frame, Manifest, Record, Writer};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::{Metrics, Rules, Scorer};
+use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
 use standoff_sim::world::World;
 
 fn edits(set: &[&str]) -> Edits {
@@ -26,7 +26,7 @@ fn frames(scenario: &Scenario) -> Vec<Frame> {
 }
 
 fn score(scenario: &Scenario, frames: &[Frame]) -> Metrics {
-    let mut scorer = Scorer::new(Rules::of(&scenario.settings));
+    let mut scorer = Scorer::new(Rules::of(&scenario.settings), Choice::ALL);
     frames.iter().for_each(|frame| scorer.frame(frame));
     scorer.metrics()
 }

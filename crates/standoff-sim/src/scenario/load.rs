@@ -22,6 +22,7 @@ pub struct Edits {
 }
 
 /// A scenario as typed, and where it came from.
+#[derive(Debug, Clone)]
 pub(super) struct Typed {
     /// Name of the run.
     pub(super) name: String,

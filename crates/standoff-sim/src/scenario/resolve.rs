@@ -1,6 +1,7 @@
 //! From what was typed to what is run: draws, defaults, checks.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
@@ -19,24 +20,24 @@ use crate::traffic::{self, Traffic};
 const PERIOD_S: f64 = 0.5;
 
 /// Draws, fills in and checks.
-pub(super) fn resolve(mut typed: Typed, seed: u64) -> Result<Scenario, ScenarioError> {
+pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
+    let mut typed = typed.clone();
     let draws = Draws::new(seed);
     let mut problems = Problems::default();
     draw_numbers(&mut typed.file, draws, &mut problems);
     problems.report(&typed)?;
 
-    let traffic = read_traffic(&typed)?;
-    if let Some(traffic) = &traffic {
+    if let Some(traffic) = traffic {
         check_span(&typed, traffic)?;
     }
-    fill_in(&mut typed.file, traffic.as_ref());
+    fill_in(&mut typed.file, traffic.map(Arc::as_ref));
     let settings = settings(&typed.file);
     check_who(&mut typed.file, &mut problems);
     check_settings(&typed.file, &settings.team, &mut problems);
     problems.report(&typed)?;
 
     let targets = match traffic {
-        Some(traffic) => Targets::Traffic(traffic),
+        Some(traffic) => Targets::Traffic(Arc::clone(traffic)),
         None => random_targets(&mut typed.file, draws),
     };
     let uavs = start::uavs(&mut typed.file, &settings.team, &targets);
@@ -170,7 +171,7 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
 }
 
 /// The traffic file, read through and checked.
-fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
+pub(super) fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     let Some(table) = &typed.file.traffic else { return Ok(None) };
     let refuse = |key: &str, message: String| {
         let (file, place) = typed.place(key);
@@ -182,7 +183,14 @@ fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     if table.file.is_empty() {
         return refuse("traffic", "traffic.file: missing; name SUMO floating-car data or CSV tracks".to_owned());
     }
-    let gap_s = table.gap_s.as_ref().map(value);
+    let gap_s = match &table.gap_s {
+        None => None,
+        Some(Number::Constant(gap_s)) => Some(*gap_s),
+        Some(_) => {
+            let what = "traffic.gap_s: must be a number; the file is read once for all seeds, nothing is drawn for it";
+            return refuse("traffic.gap_s", what.to_owned());
+        }
+    };
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
     }
