@@ -59,6 +59,7 @@ impl Wanted {
             estimates: choice.wants(&["position_error_m", "velocity_error_m_s", "position_error_all_m"]),
             consistency: choice.wants(&["anees"]),
             orbits: choice.wants(&[
+                "standoff_distance_m",
                 "standoff_error_m",
                 "standoff_tracking_error_m",
                 "standoff_error_m_settled",
@@ -83,6 +84,7 @@ pub struct Scorer {
     position: Mean,
     velocity: Mean,
     position_all: Mean,
+    distance: Mean,
     standoff: Mean,
     tracking: Mean,
     standoff_settled: Mean,
@@ -112,6 +114,7 @@ impl Scorer {
             position: Mean::default(),
             velocity: Mean::default(),
             position_all: Mean::default(),
+            distance: Mean::default(),
             standoff: Mean::default(),
             tracking: Mean::default(),
             standoff_settled: Mean::default(),
@@ -173,6 +176,7 @@ impl Scorer {
             position_error_m: self.position.value(),
             velocity_error_m_s: self.velocity.value(),
             position_error_all_m: self.position_all.value(),
+            standoff_distance_m: self.distance.value(),
             standoff_error_m: self.standoff.value(),
             standoff_tracking_error_m: self.tracking.value(),
             standoff_error_m_settled: self.standoff_settled.value(),
@@ -215,6 +219,7 @@ impl Scorer {
         for uav in &crew {
             let centre = Position::from_m(group.x_m, group.y_m);
             let error_m = (at(uav).distance_m(centre) - group.standoff_distance_m).abs();
+            self.distance.add(group.standoff_distance_m);
             self.tracking.add(error_m);
             if settled {
                 self.tracking_settled.add(error_m);

@@ -5,8 +5,9 @@ use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::membership::OnDuty;
 use crate::frame::{Position, Velocity};
-use crate::guidance::heading::{Orbit, Steering, steer};
+use crate::guidance::heading::{Orbit, Steering, ground_speed_m_s, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
+use crate::guidance::standoff_distance::Ramp;
 use crate::inbox::Inbox;
 use crate::message::Message;
 use crate::param::ParamError;
@@ -123,7 +124,7 @@ impl Mind {
 
     fn fly_orbit(&self, id: UavId, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
         let guidance = &self.params.guidance;
-        let orbit = group.orbit(&self.params.group.standoff);
+        let orbit = group.orbit(&self.params);
         let phase = |position: Position| (position - orbit.centre).direction();
         let is_away = |position: Position| is_in_transit(position.distance_m(orbit.centre), orbit.distance_m);
         let others = self.teammates(id, group).filter(|mate| !is_away(mate.state.position));
@@ -136,6 +137,7 @@ impl Mind {
         let centre_m_s = orbit.centre_velocity.speed_m_s();
         let wanted_m_s =
             spacing_speed_m_s(error_rad, guidance.spacing_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
+        let wanted_m_s = ground_speed_m_s(guidance, own, &orbit, wanted_m_s);
         // The field is flown at the speed that the limits leave, so that (25) and (29) hold for it.
         let flown = self.params.uav.limit(Command { speed_m_s: wanted_m_s, turn_rate_rad_s: 0.0 });
         let steering = steer(guidance, own, &orbit, flown.command.speed_m_s);
@@ -155,7 +157,7 @@ impl Mind {
             centre_velocity: Velocity::ZERO,
             distance_m: radius_m,
             rate_m_s: 0.0,
-            bounds_m: (radius_m, radius_m),
+            steered: Ramp { radius_m, rate_m_s: 0.0 },
         };
         Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
     }

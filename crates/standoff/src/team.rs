@@ -1,9 +1,9 @@
 //! What all UAVs of a team agree on: limits, filters, groups, guidance law.
 
 use crate::coordination::assignment::Objective;
-use crate::coordination::group::{GroupParams, Margin, OnMembershipChange};
+use crate::coordination::group::{CentreEstimate, GroupParams, Margin, OnMembershipChange};
 use crate::estimation::track::TrackParams;
-use crate::guidance::heading::{Feedforward, GuidanceParams};
+use crate::guidance::heading::{Feedforward, GuidanceParams, Lead, SpeedReference};
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::guidance::vector_field::Sense;
 use crate::param::{Allowed, ParamError};
@@ -60,6 +60,8 @@ impl TeamParams {
                     radius_max_m: 700.0,
                 },
                 margin: Margin::StandardDeviations(1.645),
+                centre: CentreEstimate::Filtered,
+                smoothing_s: 0.0,
                 on_membership_change: OnMembershipChange::Shift,
                 take_back_fraction: 0.9,
                 convergence_limit_m2_s: 6000.0,
@@ -76,8 +78,10 @@ impl TeamParams {
             guidance: GuidanceParams {
                 sense: Sense::Anticlockwise,
                 radial_gain: 0.2,
-                lead_s: 3.0,
+                lead: Lead::Constant(3.0),
+                speed_reference: SpeedReference::Ground,
                 heading_gain_1_s: 2.0,
+                turn_rate_gain: 0.0,
                 feedforward: Feedforward::Flown,
                 spacing_gain_1_s: 0.5,
                 separation_rad: 90f64.to_radians(),

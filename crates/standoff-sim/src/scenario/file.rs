@@ -205,11 +205,15 @@ table! {
         radius_max_m = 700.0;
         /// With `margin = "standard-deviations"`: how many.
         margin_sds = 1.645;
+        /// Time constant with which the radius steered for follows r_d, s; 0: at once, as in the paper.
+        smoothing_s = 0.0;
         /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius.
         take_back_fraction = 0.9;
     } {
         /// `standard-deviations` of the furthest target's relative position, in metres, or `mahalanobis` as printed (16).
         margin: Margin = Margin::StandardDeviations;
+        /// The centre: `filtered`, or the members' `centroid` itself.
+        centre: Centre = Centre::Filtered;
         /// When members change, the centre `shift`s by the known jump, or the filter takes it for an innovation (`filter`).
         on_membership_change: OnMembershipChange = OnMembershipChange::Shift;
     }
@@ -247,10 +251,12 @@ table! {
     Guidance {
         /// k_l of active measure 1 (20); 1 switches it off.
         radial_gain = 0.2;
-        /// k_rd of active measure 2 (22), s; 0 switches it off.
+        /// With `lead = "constant"`: k_rd of active measure 2 (22), s; 0 switches it off.
         lead_s = 3.0;
         /// k_omega (24), 1/s.
         heading_gain_1_s = 2.0;
+        /// Gain on the turn rate's distance from the feedforward; 0, as in the paper: none.
+        turn_rate_gain = 0.0;
         /// k_v (35), 1/s.
         spacing_gain_1_s = 0.5;
         /// Separation theta_d of a pair (35), degrees.
@@ -258,6 +264,10 @@ table! {
     } {
         /// `flown` (derivative of what is flown), `exact` ((25) corrected) or `printed` ((25)).
         feedforward: Feedforward = Feedforward::Flown;
+        /// `constant`, or `scheduled` to the field's own lag, k_l r_d / v.
+        lead: Lead = Lead::Constant;
+        /// What the nominal speed is relative to: the `ground` or the `centre`.
+        speed_reference: SpeedReference = SpeedReference::Ground;
         /// `anticlockwise` or `clockwise`.
         sense: Sense = Sense::Anticlockwise;
     }
@@ -374,6 +384,15 @@ words! {
     }
 }
 words! {
+    /// A group's centre.
+    Centre {
+        /// A filter of its own follows the centroid.
+        Filtered,
+        /// The centroid of the members' estimates.
+        Centroid,
+    }
+}
+words! {
     /// What a change of members does to a group's centre.
     OnMembershipChange {
         /// It moves by the known jump.
@@ -396,10 +415,32 @@ words! {
     Feedforward {
         /// Derivative of what is flown.
         Flown,
+        /// The same along the UAV's actual motion.
+        Actual,
         /// (25) made exact.
         Exact,
         /// (25) as printed.
         Printed,
+    }
+}
+words! {
+    /// The lead (22).
+    Lead {
+        /// `lead_s`.
+        Constant,
+        /// The field's own lag.
+        Scheduled,
+        /// The spread as it will be then.
+        Predicted,
+    }
+}
+words! {
+    /// What the nominal speed is relative to.
+    SpeedReference {
+        /// As in (28), (29).
+        Ground,
+        /// So that UAVs on an orbit keep their phases.
+        Centre,
     }
 }
 words! {

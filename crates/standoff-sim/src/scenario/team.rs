@@ -1,8 +1,8 @@
 //! From a scenario's tables to the library's parameters: one line per value.
 
 use standoff::{
-    Feedforward, GroupParams, GuidanceParams, Integrator, Margin, Objective, OnMembershipChange, Sense, SensorParams,
-    StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
+    CentreEstimate, Feedforward, GroupParams, GuidanceParams, Integrator, Lead, Margin, Objective, OnMembershipChange,
+    Sense, SensorParams, SpeedReference, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
 };
 
 use super::file::{self, ScenarioFile};
@@ -50,6 +50,11 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
                 file::Margin::Mahalanobis => Margin::Mahalanobis,
                 file::Margin::StandardDeviations => Margin::StandardDeviations(value(&orbit.margin_sds)),
             },
+            centre: match orbit.centre {
+                file::Centre::Filtered => CentreEstimate::Filtered,
+                file::Centre::Centroid => CentreEstimate::Centroid,
+            },
+            smoothing_s: value(&orbit.smoothing_s),
             on_membership_change: match orbit.on_membership_change {
                 file::OnMembershipChange::Shift => OnMembershipChange::Shift,
                 file::OnMembershipChange::Filter => OnMembershipChange::Filter,
@@ -75,10 +80,20 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
                 file::Sense::Clockwise => Sense::Clockwise,
             },
             radial_gain: value(&guidance.radial_gain),
-            lead_s: value(&guidance.lead_s),
+            lead: match guidance.lead {
+                file::Lead::Constant => Lead::Constant(value(&guidance.lead_s)),
+                file::Lead::Predicted => Lead::Predicted,
+                file::Lead::Scheduled => Lead::Scheduled,
+            },
+            speed_reference: match guidance.speed_reference {
+                file::SpeedReference::Ground => SpeedReference::Ground,
+                file::SpeedReference::Centre => SpeedReference::Centre,
+            },
             heading_gain_1_s: value(&guidance.heading_gain_1_s),
+            turn_rate_gain: value(&guidance.turn_rate_gain),
             feedforward: match guidance.feedforward {
                 file::Feedforward::Flown => Feedforward::Flown,
+                file::Feedforward::Actual => Feedforward::Actual,
                 file::Feedforward::Exact => Feedforward::Exact,
                 file::Feedforward::Printed => Feedforward::Printed,
             },
@@ -108,6 +123,7 @@ pub(super) const KEYS: &[(&str, &str)] = &[
     ("radius_min_m", "orbit.radius_min_m"),
     ("radius_max_m", "orbit.radius_max_m"),
     ("margin_sds", "orbit.margin_sds"),
+    ("smoothing_s", "orbit.smoothing_s"),
     ("take_back_fraction", "orbit.take_back_fraction"),
     ("convergence_limit_m2_s", "groups.convergence_limit_m2_s"),
     ("convergence_patience_s", "groups.convergence_patience_s"),
@@ -121,6 +137,7 @@ pub(super) const KEYS: &[(&str, &str)] = &[
     ("radial_gain", "guidance.radial_gain"),
     ("lead_s", "guidance.lead_s"),
     ("heading_gain_1_s", "guidance.heading_gain_1_s"),
+    ("turn_rate_gain", "guidance.turn_rate_gain"),
     ("spacing_gain_1_s", "guidance.spacing_gain_1_s"),
     ("separation_rad", "guidance.separation_deg"),
 ];

@@ -54,6 +54,8 @@ metrics! {
         velocity_error_m_s: Option<f64>,
         /// Estimated against true position of every known target, m.
         position_error_all_m: Option<f64>,
+        /// The agents' own r_d (15), m.
+        standoff_distance_m: Option<f64>,
         /// |r - r_d| by the true geometry, m.
         standoff_error_m: Option<f64>,
         /// |r - r_d| by the agents' own centre and (15), m.

@@ -9,10 +9,10 @@ use crate::coordination::need::furthest_from;
 use crate::estimation::group_centre::{Centroid, GroupCentre};
 use crate::estimation::information_filter::Estimate;
 use crate::frame::Position;
-use crate::guidance::heading::{Orbit, steer};
+use crate::guidance::heading::{Lead, Orbit, steer};
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{
-    Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
+    Ramp, Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
 };
 use crate::param::{Allowed, ParamError};
 use crate::target::{TargetId, TargetState, Transition};
@@ -33,6 +33,17 @@ pub enum Margin {
     StandardDeviations(f64),
 }
 
+/// Where a group's centre is taken to be.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum CentreEstimate {
+    /// A filter of its own follows the centroid of the members' estimates (section II.C): it filters what is filtered
+    /// already.
+    #[default]
+    Filtered,
+    /// The centroid of the members' estimates itself, positions and velocities.
+    Centroid,
+}
+
 /// What happens to the centre when a group's members change and the centroid jumps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum OnMembershipChange {
@@ -51,6 +62,10 @@ pub struct GroupParams {
     /// Margin d_m.
     #[doc(alias = "d_m")]
     pub margin: Margin,
+    /// Where the centre is.
+    pub centre: CentreEstimate,
+    /// Time constant with which the radius steered for follows r_d, s; at least 0; 0, as in the paper: at once.
+    pub smoothing_s: f64,
     /// What a change of members does to the centre.
     pub on_membership_change: OnMembershipChange,
     /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius; above 0,
@@ -101,6 +116,7 @@ impl GroupParams {
             self.dwell_max_s,
             &mut errors,
         );
+        seconds.check("smoothing_s", self.smoothing_s, &mut errors);
         seconds.check("review_period_s", self.review_period_s, &mut errors);
         let altitude = Allowed::above(0.0).at_most(2e4);
         altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
@@ -132,6 +148,8 @@ pub struct Group {
     pub margin_m: f64,
     /// The standoff distance.
     pub standoff: StandoffDistance,
+    /// The standoff distance, or with [`Lead::Predicted`] that which is expected, smoothed.
+    pub smoothed: Ramp,
     /// Smallest radius at which a UAV can turn about this centre, m; infinite if the centre is as fast as a UAV can be.
     pub turn_limit_m: f64,
     /// Smallest radius that field of view, turn rate and r_d,min allow, m; infinite if the centre is as fast.
@@ -192,14 +210,29 @@ impl Group {
             };
             before.group.centre.shifted(&shift).advance(transition, &centroid)
         });
-        let centre = carried.or_else(|| GroupCentre::start(&centroid))?;
+        let centre = match params.centre {
+            CentreEstimate::Filtered => carried.or_else(|| GroupCentre::start(&centroid))?,
+            CentreEstimate::Centroid => {
+                GroupCentre::at(&centroid, carried.map_or(0.0, |carried| carried.innovation_distance))?
+            }
+        };
 
         let at = centre.estimate().state;
-        let furthest = &known[furthest_from(at.position(), known, members)?];
-        let spread = spread(&furthest.track.estimate().state, &at);
+        let furthest = &known[furthest_from(at.position(), known, members.clone())?];
+        let spread = spread_of(&furthest.track.estimate().state, &at);
         let margin_m =
             margin_m(params.margin, centre.innovation_distance, &centroid, furthest.track.estimate(), at.position());
         let standoff = params.standoff.distance(spread, margin_m);
+        let wanted = match team.guidance.lead {
+            Lead::Constant(_) | Lead::Scheduled => standoff,
+            Lead::Predicted => {
+                let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
+                let states = members.map(|index| known[index].track.estimate().state);
+                params.standoff.distance(spread_in(lead_s, states, &at), margin_m)
+            }
+        };
+        let smoothed_before = before.as_ref().filter(|_| is_unchanged).map(|before| before.group.smoothed);
+        let smoothed = Ramp::smoothed(smoothed_before, &wanted, params.smoothing_s, transition.dt.s());
         let centre_speed_m_s = at.velocity().speed_m_s();
         let speed_m_s = uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
         let turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
@@ -212,6 +245,7 @@ impl Group {
             spread,
             margin_m,
             standoff,
+            smoothed,
             turn_limit_m,
             smallest_m: standoff.unclamped_m.max(params.standoff.radius_min_m).max(turn_limit_m),
             largest_m: params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m),
@@ -230,7 +264,7 @@ impl Group {
     ///
     /// Implements Lemma 3.1 as section IV.B.2, convergence rule, uses it.
     pub(crate) fn judge(&mut self, crew: impl Iterator<Item = OnDuty> + Clone, dt: Duration, team: &TeamParams) {
-        let orbit = self.orbit(&team.group.standoff);
+        let orbit = self.orbit(team);
         let best = crew.clone().map(|duty| steer(&team.guidance, &duty.state, &orbit, team.uav.speed_m_s));
         // Discarding a target makes no centre slower.
         self.threshold_m2_s = best
@@ -286,8 +320,15 @@ impl Group {
     }
 
     /// The orbit about this group.
-    pub fn orbit(&self, params: &StandoffParams) -> Orbit {
-        Orbit::about(&self.centre.estimate().state, &self.standoff, params)
+    pub fn orbit(&self, team: &TeamParams) -> Orbit {
+        let steered = match team.guidance.lead {
+            Lead::Predicted => self.smoothed,
+            Lead::Constant(_) | Lead::Scheduled => {
+                let lead_s = team.guidance.lead_s(self.standoff.distance_m, team.uav.speed_m_s);
+                self.smoothed.led(lead_s, &team.group.standoff)
+            }
+        };
+        Orbit::about(&self.centre.estimate().state, &self.standoff, steered)
     }
 }
 
@@ -297,12 +338,22 @@ fn membership_shift(known: &[Known], before: impl Iterator<Item = usize>, centro
     old.map_or(Vector6::zeros(), |old| centroid.mean.state.0 - old.mean.state.0)
 }
 
-pub(crate) fn spread(furthest: &TargetState, centre: &TargetState) -> Spread {
+pub(crate) fn spread_of(furthest: &TargetState, centre: &TargetState) -> Spread {
     let member_rel_centre = (furthest.position() - centre.position()).vector();
     let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
     let distance_m = (furthest.position() - centre.position()).length_m();
     let rate_m_s = if distance_m > 0.0 { member_rel_centre.dot(&velocity_rel_centre) / distance_m } else { 0.0 };
     Spread { distance_m, rate_m_s }
+}
+
+/// The largest spread of members about their centre `in_s` seconds from now, if they keep their velocities.
+fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &TargetState) -> Spread {
+    let later = |state: &TargetState| {
+        TargetState::new(state.position() + state.velocity() * in_s, state.velocity(), [0.0, 0.0])
+    };
+    let centre = later(centre);
+    let spreads = members.map(|member| spread_of(&later(&member), &centre));
+    spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
 }
 
 /// The margin d_m: printed (16), taken as if in metres, or metres from the fused covariances.
@@ -327,5 +378,22 @@ pub(crate) fn margin_m(
             let variance = towards.dot(&(centroid.relative_covariance(furthest) * towards));
             sds * variance.max(0.0).sqrt()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Velocity;
+
+    /// One member stands at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110 m.
+    #[test]
+    fn the_expected_spread_is_that_of_whoever_will_be_furthest() {
+        let member =
+            |x_m, vx_m_s| TargetState::new(Position::from_m(x_m, 0.0), Velocity::from_m_s(vx_m_s, 0.0), [0.0, 0.0]);
+        let centre = TargetState::new(Position::ORIGIN, Velocity::ZERO, [0.0, 0.0]);
+        let spread = |in_s| spread_in(in_s, [member(-100.0, 0.0), member(90.0, 5.0)].into_iter(), &centre);
+        assert_eq!(spread(0.0), Spread { distance_m: 100.0, rate_m_s: 0.0 });
+        assert_eq!(spread(4.0), Spread { distance_m: 110.0, rate_m_s: 5.0 });
     }
 }

@@ -58,10 +58,12 @@ pub fn dwell_s(
 mod tests {
     use super::*;
     use crate::frame::Velocity;
+    use crate::guidance::standoff_distance::Ramp;
 
     fn orbit(distance_m: f64, rate_m_s: f64) -> Orbit {
         let centre_velocity = Velocity::ZERO;
-        Orbit { centre: Position::ORIGIN, centre_velocity, distance_m, rate_m_s, bounds_m: (250.0, 700.0) }
+        let steered = Ramp { radius_m: distance_m, rate_m_s };
+        Orbit { centre: Position::ORIGIN, centre_velocity, distance_m, rate_m_s, steered }
     }
 
     fn dwell(at_m: &[f64], orbit: &Orbit, radial_gain: f64) -> f64 {

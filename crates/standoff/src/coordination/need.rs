@@ -1,11 +1,11 @@
 //! What an orbit about a set of targets needs.
 
-use crate::coordination::group::{GroupParams, margin_m, spread};
+use crate::coordination::group::{GroupParams, margin_m, spread_of};
 use crate::coordination::membership::Known;
 use crate::estimation::group_centre::Centroid;
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
-use crate::guidance::standoff_distance::StandoffDistance;
+use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 
 /// What an orbit about a set of targets needs, by their centroid. With the printed margin (16) none is taken: it jumps
 /// with every change of members.
@@ -30,7 +30,7 @@ impl Need {
         let centre = centroid.mean.state;
         let furthest = furthest_from(centre.position(), known, places)?;
         let margin_m = margin_m(params.margin, 0.0, &centroid, estimate(furthest), centre.position());
-        let standoff = params.standoff.distance(spread(&estimate(furthest).state, &centre), margin_m);
+        let standoff = params.standoff.distance(spread_of(&estimate(furthest).state, &centre), margin_m);
         Some(Self { centroid, furthest, standoff })
     }
 
@@ -51,8 +51,8 @@ impl Need {
     }
 
     /// The orbit.
-    pub(crate) fn orbit(&self, params: &GroupParams) -> Orbit {
-        Orbit::about(&self.centroid.mean.state, &self.standoff, &params.standoff)
+    pub(crate) fn orbit(&self) -> Orbit {
+        Orbit::about(&self.centroid.mean.state, &self.standoff, Ramp::from(&self.standoff))
     }
 }
 

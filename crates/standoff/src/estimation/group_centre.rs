@@ -54,6 +54,11 @@ impl GroupCentre {
         Some(Self { filter: InformationFilter::new(centroid.mean)?, innovation_distance: 0.0 })
     }
 
+    /// At the centroid itself.
+    pub fn at(centroid: &Centroid, innovation_distance: f64) -> Option<Self> {
+        Some(Self { innovation_distance, ..Self::start(centroid)? })
+    }
+
     /// Predicts and takes in the centroid of one instant. `None` if the numbers do not allow it.
     ///
     /// Implements section II.C. The innovation's distance is Eq. (16) as printed: weighted with the predicted position covariance alone.
@@ -150,6 +155,14 @@ mod tests {
         let one_sd = Position::from_m(full[(0, 0)].sqrt(), full[(1, 1)].sqrt());
         assert!((mahalanobis_squared(one_sd, Position::ORIGIN, &full) - 2.0).abs() < 1e-9);
         assert!(mahalanobis_squared(one_sd, Position::ORIGIN, &predicted) > 4.0);
+    }
+
+    #[test]
+    fn a_centre_at_the_centroid_has_no_inertia() {
+        let centroid = Centroid::of([member(3.0, 4.0, 16.0), member(5.0, 4.0, 16.0)].iter()).unwrap();
+        let centre = GroupCentre::at(&centroid, 0.5).unwrap();
+        assert_eq!(centre.estimate(), &centroid.mean);
+        assert_eq!(centre.innovation_distance, 0.5);
     }
 
     /// Checks section II.C, the filter.

@@ -13,7 +13,7 @@
 use crate::angle::Angle;
 use crate::frame::{Position, Velocity};
 use crate::guidance::moving_centre;
-use crate::guidance::standoff_distance::{StandoffDistance, StandoffParams, virtual_distance_m};
+use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::guidance::vector_field::{PolarMotion, Sense, VectorField, convergence_threshold_m2_s};
 use crate::param::{Allowed, ParamError};
 use crate::target::TargetState;
@@ -29,6 +29,29 @@ pub enum Feedforward {
     /// The derivative along the field really flown: (20), (22) and (28) included.
     #[default]
     Flown,
+    /// As `Flown`, but along the UAV's actual motion, wherever that leads.
+    Actual,
+}
+
+/// How far ahead of a radius that changes active measure 2 steers (22).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lead {
+    /// By k_rd seconds; at least 0; 0 switches it off.
+    Constant(f64),
+    /// By the field's own lag, k_l r_d / v.
+    Scheduled,
+    /// By the field's own lag, to the r_d of the spread as it will be then, whoever is furthest by then.
+    Predicted,
+}
+
+/// What a UAV's nominal speed is relative to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum SpeedReference {
+    /// The ground, as (28), (29) have it: round a centre that moves, a UAV gains and loses phase in turn.
+    #[default]
+    Ground,
+    /// The centre: round one that moves, the UAVs of an orbit keep their phases, as far as their speed limits allow.
+    Centre,
 }
 
 /// Gains of the guidance law.
@@ -39,12 +62,16 @@ pub struct GuidanceParams {
     /// k_l of active measure 1; above 0, at most 1; 1 switches it off.
     #[doc(alias = "k_l")]
     pub radial_gain: f64,
-    /// k_rd of active measure 2, s; at least 0; 0 switches it off.
+    /// k_rd of active measure 2.
     #[doc(alias = "k_rd")]
-    pub lead_s: f64,
+    pub lead: Lead,
+    /// What the nominal speed is relative to.
+    pub speed_reference: SpeedReference,
     /// k_omega, 1/s; above 0.
     #[doc(alias = "k_omega")]
     pub heading_gain_1_s: f64,
+    /// Gain on the turn rate's distance from the feedforward, dimensionless; at least 0; 0, as in the paper: none.
+    pub turn_rate_gain: f64,
     /// Which feedforward.
     pub feedforward: Feedforward,
     /// k_v, 1/s; at least 0.
@@ -60,12 +87,30 @@ impl GuidanceParams {
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         Allowed::at_least(1e-3).at_most(1.0).check("radial_gain", self.radial_gain, &mut errors);
-        Allowed::at_least(0.0).at_most(100.0).check("lead_s", self.lead_s, &mut errors);
+        if let Lead::Constant(lead_s) = self.lead {
+            Allowed::at_least(0.0).at_most(100.0).check("lead_s", lead_s, &mut errors);
+        }
         Allowed::above(0.0).at_most(100.0).check("heading_gain_1_s", self.heading_gain_1_s, &mut errors);
+        Allowed::at_least(0.0).at_most(100.0).check("turn_rate_gain", self.turn_rate_gain, &mut errors);
         Allowed::at_least(0.0).at_most(100.0).check("spacing_gain_1_s", self.spacing_gain_1_s, &mut errors);
         let half_turn = Allowed::at_least(0.0).at_most(crate::math::PI);
         half_turn.check("separation_rad", self.separation_rad, &mut errors);
         errors
+    }
+
+    fn field(&self, orbit: &Orbit) -> VectorField {
+        VectorField { radius_m: orbit.steered.radius_m, radial_gain: self.radial_gain, sense: self.sense }
+    }
+
+    /// The lead k_rd on an orbit of `radius_m`, flown at `speed_m_s` relative to its centre, s.
+    ///
+    /// Near the orbit the field closes in at r' = -(v / (k_l r_d)) (r - r_d), by Eq. (14) with (20): so a ramp of r_d is
+    /// followed with a lag of k_l r_d / v.
+    pub fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
+        match self.lead {
+            Lead::Constant(lead_s) => lead_s,
+            Lead::Scheduled | Lead::Predicted => self.radial_gain * radius_m / speed_m_s,
+        }
     }
 }
 
@@ -81,19 +126,19 @@ pub struct Orbit {
     pub distance_m: f64,
     /// Rate of r_d, m/s.
     pub rate_m_s: f64,
-    /// Bounds within which the virtual radius (22) stays, m.
-    pub bounds_m: (f64, f64),
+    /// The radius steered for (22), within the bounds of r_d.
+    pub steered: Ramp,
 }
 
 impl Orbit {
-    /// The orbit about a centre at a standoff distance, within these bounds.
-    pub fn about(centre: &TargetState, standoff: &StandoffDistance, params: &StandoffParams) -> Self {
+    /// The orbit about a centre at a standoff distance, steered for another radius.
+    pub fn about(centre: &TargetState, standoff: &StandoffDistance, steered: Ramp) -> Self {
         Self {
             centre: centre.position(),
             centre_velocity: centre.velocity(),
             distance_m: standoff.distance_m,
             rate_m_s: standoff.rate_m_s,
-            bounds_m: (params.radius_min_m, params.radius_max_m),
+            steered,
         }
     }
 }
@@ -120,19 +165,30 @@ pub struct Steering {
     pub centre_too_fast: bool,
 }
 
-/// Steers a UAV that flies at `speed_m_s` (the speed really commanded) onto `orbit`.
+/// The speed over ground that keeps `speed_m_s` relative to what the parameters refer it to, m/s, before limits.
+pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> f64 {
+    match params.speed_reference {
+        SpeedReference::Ground => speed_m_s,
+        SpeedReference::Centre => {
+            let heading = params.field(orbit).heading(uav.position - orbit.centre);
+            moving_centre::at_relative_speed(heading, orbit.centre_velocity, speed_m_s).1
+        }
+    }
+}
+
+/// Steers a UAV that flies at `speed_m_s` over ground (the speed really commanded) onto `orbit`.
 ///
 /// Implements Eq. (23), (24), (25).
 pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
     let uav_rel_centre = uav.position - orbit.centre;
     let r_m = uav_rel_centre.length_m();
-    let led_m = virtual_distance_m(orbit.distance_m, orbit.rate_m_s, params.lead_s);
-    let steered_distance_m = led_m.clamp(orbit.bounds_m.0, orbit.bounds_m.1);
-    // A radius held at its bound does not change, whatever r_d does.
-    let is_bounded = led_m < orbit.bounds_m.0 || led_m > orbit.bounds_m.1;
-    let steered_rate_m_s = if is_bounded { 0.0 } else { orbit.rate_m_s };
-    let field = VectorField { radius_m: steered_distance_m, radial_gain: params.radial_gain, sense: params.sense };
-    let flown = moving_centre::over_ground(field.heading(uav_rel_centre), orbit.centre_velocity, speed_m_s);
+    let field = params.field(orbit);
+    let field_heading = field.heading(uav_rel_centre);
+    let mut flown = moving_centre::over_ground(field_heading, orbit.centre_velocity, speed_m_s);
+    if params.speed_reference == SpeedReference::Centre && !flown.centre_too_fast {
+        // The same heading, but differentiated at constant speed relative to the centre.
+        flown = moving_centre::at_relative_speed(field_heading, orbit.centre_velocity, flown.relative_speed_m_s).0;
+    }
     let motion = if flown.centre_too_fast {
         let over_ground = Velocity::from_polar(speed_m_s, flown.heading);
         PolarMotion::of(uav_rel_centre, over_ground - orbit.centre_velocity)
@@ -141,18 +197,26 @@ pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: 
     };
     let feedforward_rad_s = match params.feedforward {
         // Differentiating at constant centre velocity and speed.
-        Feedforward::Flown => field.turn_rate_rad_s(r_m, motion, steered_rate_m_s) * flown.heading_per_field_heading,
+        Feedforward::Flown => {
+            field.turn_rate_rad_s(r_m, motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading
+        }
+        Feedforward::Actual => {
+            let actual = PolarMotion::of(uav_rel_centre, uav.velocity() - orbit.centre_velocity);
+            field.turn_rate_rad_s(r_m, actual, orbit.steered.rate_m_s) * flown.heading_per_field_heading
+        }
         Feedforward::Exact => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
         Feedforward::Printed => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, r_m),
     };
     let heading_error = uav.heading - flown.heading;
     Steering {
-        turn_rate_rad_s: -params.heading_gain_1_s * heading_error.rad() + feedforward_rad_s,
+        turn_rate_rad_s: feedforward_rad_s
+            - params.heading_gain_1_s * heading_error.rad()
+            - params.turn_rate_gain * (uav.turn_rate_rad_s - feedforward_rad_s),
         desired_heading: flown.heading,
         feedforward_rad_s,
         centre_distance_m: r_m,
         phase: uav_rel_centre.direction(),
-        steered_distance_m,
+        steered_distance_m: field.radius_m,
         convergence_threshold_m2_s: convergence_threshold_m2_s(
             r_m,
             motion.r_rate_m_s,
@@ -182,8 +246,10 @@ mod tests {
         GuidanceParams {
             sense: Sense::Anticlockwise,
             radial_gain: 1.0,
-            lead_s: 0.0,
+            lead: Lead::Constant(0.0),
+            speed_reference: SpeedReference::Ground,
             heading_gain_1_s: 2.0,
+            turn_rate_gain: 0.0,
             feedforward,
             spacing_gain_1_s: 0.5,
             separation_rad: 0.5 * crate::math::PI,
@@ -191,7 +257,8 @@ mod tests {
     }
 
     fn orbit(centre_velocity: Velocity, rate_m_s: f64) -> Orbit {
-        Orbit { centre: Position::ORIGIN, centre_velocity, distance_m: 300.0, rate_m_s, bounds_m: (250.0, 700.0) }
+        let steered = Ramp { radius_m: 300.0, rate_m_s };
+        Orbit { centre: Position::ORIGIN, centre_velocity, distance_m: 300.0, rate_m_s, steered }
     }
 
     fn uav(r_m: f64, heading: Angle) -> UavState {
@@ -240,7 +307,10 @@ mod tests {
             let position = state.position + Velocity::from_polar(40.0, here.desired_heading) * t;
             let orbit = Orbit {
                 centre: at_start.centre + at_start.centre_velocity * t,
-                distance_m: at_start.distance_m + at_start.rate_m_s * t,
+                steered: Ramp {
+                    radius_m: at_start.steered.radius_m + at_start.steered.rate_m_s * t,
+                    ..at_start.steered
+                },
                 ..at_start
             };
             steer(params, &UavState { position, ..state }, &orbit, 40.0).desired_heading
@@ -249,15 +319,16 @@ mod tests {
         (here.feedforward_rad_s, (heading_at(h) - heading_at(-h)).rad() / (2.0 * h))
     }
 
-    /// Checks Eq. (25) in its flown form: the derivative of psi_d along the flown velocity with k_l, a lead, a moving
-    /// centre, a changing radius and both senses; also with the lead at its bound, and with a centre faster than the UAV.
+    /// Checks Eq. (25) in its flown form: the derivative of psi_d along the flown velocity with k_l, a moving centre, a
+    /// changing radius and both senses; also with the radius at its bound, and with a centre faster than the UAV.
     #[test]
     fn the_flown_feedforward_is_the_derivative_of_the_desired_heading() {
         let slow = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
-        let bounded = Orbit { distance_m: 695.0, rate_m_s: 8.0, ..slow };
+        let bounded =
+            Orbit { distance_m: 695.0, rate_m_s: 8.0, steered: Ramp { radius_m: 700.0, rate_m_s: 0.0 }, ..slow };
         let fast = orbit(Velocity::from_m_s(-50.0, 20.0), 3.0);
         for sense in [Sense::Anticlockwise, Sense::Clockwise] {
-            let params = GuidanceParams { sense, radial_gain: 0.2, lead_s: 3.0, ..params(Feedforward::Flown) };
+            let params = GuidanceParams { sense, radial_gain: 0.2, ..params(Feedforward::Flown) };
             for r_m in [80.0, 290.0, 310.0, 600.0] {
                 for orbit in [slow, bounded, fast] {
                     let (got, expected) = flown_and_differentiated(&params, r_m, orbit);
@@ -265,6 +336,35 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Checks Eq. (25) along the actual motion: the derivative of psi_d for a UAV that flies elsewhere.
+    #[test]
+    fn the_actual_feedforward_is_the_derivative_along_the_actual_motion() {
+        let params = GuidanceParams { radial_gain: 0.2, ..params(Feedforward::Actual) };
+        let slow = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
+        for (r_m, heading_deg) in [(80.0, 10.0), (290.0, 100.0), (600.0, -150.0)] {
+            let state = uav(r_m, Angle::from_deg(heading_deg));
+            let heading_at = |t: f64| {
+                let position = state.position + state.velocity() * t;
+                let steered = Ramp { radius_m: 300.0 + 3.0 * t, ..slow.steered };
+                let orbit = Orbit { centre: slow.centre + slow.centre_velocity * t, steered, ..slow };
+                steer(&params, &UavState { position, ..state }, &orbit, 40.0).desired_heading
+            };
+            let expected = (heading_at(1e-4) - heading_at(-1e-4)).rad() / 2e-4;
+            let got = steer(&params, &state, &slow, 40.0).feedforward_rad_s;
+            assert!((got - expected).abs() < 1e-5, "r {r_m}: {got} {expected}");
+        }
+    }
+
+    #[test]
+    fn the_turn_rate_gain_damps_towards_the_feedforward() {
+        let at_rest = params(Feedforward::Exact);
+        let damped = GuidanceParams { turn_rate_gain: 0.5, ..at_rest };
+        let turning = UavState { turn_rate_rad_s: 0.2, ..uav(300.0, Angle::from_deg(90.0)) };
+        let rate = |params: &GuidanceParams| steer(params, &turning, &orbit(Velocity::ZERO, 0.0), 40.0).turn_rate_rad_s;
+        let expected = rate(&at_rest) - 0.5 * (0.2 - 40.0 / 300.0);
+        assert!((rate(&damped) - expected).abs() < 1e-12);
     }
 
     /// Checks Lemma 3.1's threshold where the field cannot be flown: a centre that runs away is not converged to.

@@ -54,6 +54,29 @@ pub fn over_ground(field_heading: Angle, centre_velocity: Velocity, speed_m_s: f
     }
 }
 
+/// The direction in which a UAV flies that keeps the speed `relative_speed_m_s` (at least 0) relative to the centre,
+/// along the field; and its speed over ground, m/s. Whatever the centre's speed, this can be flown, if that fast.
+///
+/// Implements Eq. (28) with alpha_s given; what (29) asks of the speed over ground, that varies here.
+pub fn at_relative_speed(
+    field_heading: Angle,
+    centre_velocity: Velocity,
+    relative_speed_m_s: f64,
+) -> (OverGround, f64) {
+    let along = Velocity::from_polar(1.0, field_heading);
+    let flown = centre_velocity + Velocity::from_polar(relative_speed_m_s, field_heading);
+    let squared = flown.vector().norm_squared();
+    // From differentiating the direction of v_c + s u at constant s: s phi' (v . u) / |v|^2.
+    let per_field = relative_speed_m_s * flown.vector().dot(&along.vector()) / squared;
+    let over_ground = OverGround {
+        heading: flown.direction(),
+        relative_speed_m_s,
+        heading_per_field_heading: if squared > 0.0 { per_field } else { 0.0 },
+        centre_too_fast: false,
+    };
+    (over_ground, squared.sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,6 +92,22 @@ mod tests {
     }
 
     proptest! {
+        /// Checks Eq. (28) at a given speed relative to the centre: the same heading as (29) finds at the speed over
+        /// ground that this makes, and its derivative at that relative speed.
+        #[test]
+        fn a_relative_speed_is_kept(field_deg in -180.0..180.0f64, centre_deg in -180.0..180.0f64, centre in 0.0..35.0f64) {
+            let centre_velocity = Velocity::from_polar(centre, Angle::from_deg(centre_deg));
+            let field = Angle::from_deg(field_deg);
+            let (got, over_ground_m_s) = at_relative_speed(field, centre_velocity, 40.0);
+            let by_29 = over_ground(field, centre_velocity, over_ground_m_s);
+            prop_assert!((by_29.relative_speed_m_s - 40.0).abs() < 1e-9);
+            prop_assert!((by_29.heading - got.heading).abs_rad() < 1e-9);
+            let h = 1e-6;
+            let turned = |by: f64| at_relative_speed(field + Angle::from_rad(by), centre_velocity, 40.0).0.heading;
+            let slope = (turned(h) - turned(-h)).rad() / (2.0 * h);
+            prop_assert!((slope - got.heading_per_field_heading).abs() < 1e-3 * (1.0 + slope.abs()));
+        }
+
         /// Checks Eq. (28), (29): for a slower centre the flown velocity is v_c plus something along the field, and
         /// its size is the UAV's speed.
         #[test]

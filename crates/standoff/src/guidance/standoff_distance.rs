@@ -88,12 +88,48 @@ impl StandoffParams {
     }
 }
 
-/// The radius steered for, ahead of a radius that changes: active measure 2, m.
-///
-/// Implements Eq. (22); `lead_s` is k_rd, in seconds.
-#[doc(alias = "k_rd")]
-pub fn virtual_distance_m(distance_m: f64, rate_m_s: f64, lead_s: f64) -> f64 {
-    distance_m + lead_s * rate_m_s
+/// A radius that changes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ramp {
+    /// Radius, m.
+    pub radius_m: f64,
+    /// Its rate, m/s.
+    pub rate_m_s: f64,
+}
+
+impl Ramp {
+    /// A standoff distance smoothed: `dt_s` after `before`, with a time constant of `smoothing_s`. Carried on at its own
+    /// rate, so that a steady change is followed without lag, and corrected by what is new. Starts at the standoff
+    /// distance, and stays there with no time constant.
+    pub fn smoothed(before: Option<Self>, standoff: &StandoffDistance, smoothing_s: f64, dt_s: f64) -> Self {
+        let at_once = Self::from(standoff);
+        let Some(before) = before.filter(|_| smoothing_s > 0.0) else { return at_once };
+        let gain = dt_s / (smoothing_s + dt_s);
+        let carried_m = before.radius_m + before.rate_m_s * dt_s;
+        Self {
+            radius_m: carried_m + gain * (at_once.radius_m - carried_m),
+            rate_m_s: before.rate_m_s + gain * (at_once.rate_m_s - before.rate_m_s),
+        }
+    }
+
+    /// The radius steered for, `lead_s` ahead of this one: active measure 2. Held within the bounds, where it does not
+    /// change, whatever r_d does.
+    ///
+    /// Implements Eq. (22); `lead_s` is k_rd.
+    #[doc(alias = "k_rd")]
+    #[must_use]
+    pub fn led(self, lead_s: f64, bounds: &StandoffParams) -> Self {
+        let led_m = self.radius_m + lead_s * self.rate_m_s;
+        let radius_m = led_m.clamp(bounds.radius_min_m, bounds.radius_max_m);
+        let is_bounded = led_m < bounds.radius_min_m || led_m > bounds.radius_max_m;
+        Self { radius_m, rate_m_s: if is_bounded { 0.0 } else { self.rate_m_s } }
+    }
+}
+
+impl From<&StandoffDistance> for Ramp {
+    fn from(standoff: &StandoffDistance) -> Self {
+        Self { radius_m: standoff.distance_m, rate_m_s: standoff.rate_m_s }
+    }
 }
 
 /// Smallest radius that a UAV at `speed_m_s` can hold about a centre at rest while it changes at `rate_m_s`, m.
@@ -146,10 +182,26 @@ mod tests {
         assert!((far.unclamped_m - 800.0).abs() < 1e-9);
     }
 
-    /// Checks Eq. (22).
+    /// Checks Eq. (22), and that a radius held at its bound stays there.
     #[test]
-    fn the_virtual_distance_leads_by_the_rate() {
-        assert_eq!(virtual_distance_m(400.0, -5.0, 3.0), 385.0);
+    fn the_virtual_radius_leads_by_the_rate() {
+        let led = |radius_m, rate_m_s| Ramp { radius_m, rate_m_s }.led(3.0, &table_1());
+        assert_eq!(led(400.0, -5.0), Ramp { radius_m: 385.0, rate_m_s: -5.0 });
+        assert_eq!(led(260.0, -5.0), Ramp { radius_m: 250.0, rate_m_s: 0.0 });
+    }
+
+    /// A ramp is followed without lag, a jump with the time constant, noise is damped.
+    #[test]
+    fn smoothing_follows_a_ramp_and_damps_a_jump() {
+        let at = |distance_m, rate_m_s| StandoffDistance { unclamped_m: distance_m, distance_m, rate_m_s };
+        let mut smoothed = Ramp::smoothed(None, &at(300.0, 2.0), 4.0, 0.5);
+        for step in 1..20 {
+            smoothed = Ramp::smoothed(Some(smoothed), &at(300.0 + f64::from(step), 2.0), 4.0, 0.5);
+            assert!((smoothed.radius_m - 300.0 - f64::from(step)).abs() < 1e-9);
+        }
+        let jumped = Ramp::smoothed(Some(Ramp { radius_m: 300.0, rate_m_s: 0.0 }), &at(309.0, 0.0), 4.0, 0.5);
+        assert!((jumped.radius_m - 301.0).abs() < 1e-9);
+        assert_eq!(Ramp::smoothed(Some(smoothed), &at(400.0, 1.0), 0.0, 0.5), Ramp { radius_m: 400.0, rate_m_s: 1.0 });
     }
 
     /// Checks Eq. (26), (27).

@@ -66,7 +66,7 @@ impl Settling<'_> {
         let Some(need) = self.has_room(to, index) else { return };
         let (group, guidance) = (&self.params.group, &self.params.guidance);
         let uavs = self.on_duty.iter().filter(|duty| duty.group == Some(to)).map(|duty| duty.state.position);
-        let (orbit, speed_m_s) = (need.orbit(group), self.params.uav.speed_m_s);
+        let (orbit, speed_m_s) = (need.orbit(), self.params.uav.speed_m_s);
         let dwell_s = dwell_s(uavs, &orbit, guidance.radial_gain, speed_m_s, (group.dwell_min_s, group.dwell_max_s));
         let handoff = Handoff { from: Some(from), to, requested_at: self.now, dwell: Duration::from_s(dwell_s) };
         self.known[index].membership = Membership::Dwell(handoff);
