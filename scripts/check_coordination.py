@@ -24,7 +24,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from check_equations import (
-    POSITION, ROUNDING, VELOCITY, direction, equation_7, equation_15, equations_13_20_22, equations_28_29, lemma_3_1,
+    POSITION, ROUNDING, VELOCITY, direction, equation_7, equation_15, equations_13_20, equation_22, equations_28_29, lemma_3_1,
     main, margin_in_metres, unit, wrap)
 
 SOON_S = 30.0  # UAVs are not sent to targets that they cannot have within sensing range after this time
@@ -51,8 +51,8 @@ def check_places(record, compare):
     def key(event):
         return event.kind, event.target, event.group, event.to_group
 
-    memory = SimpleNamespace(dwells={}, barred={}, diverging={}, outrun={}, next_group=0, next_review=0,
-                             random=np.random.default_rng(1))
+    memory = SimpleNamespace(steered=equation_22(record), dwells={}, barred={}, diverging={}, outrun={}, next_group=0,
+                             next_review=0, random=np.random.default_rng(1))
     for before, time in zip([None, *record.times], record.times):
         instant = Instant(record, before, time, memory, compare)
         instant.settle()
@@ -458,7 +458,7 @@ class Instant:
             for uav in self.record.uavs[self.time].values():
                 if uav.group == group:
                     relative = uav.position - row.position
-                    field, _ = equations_13_20_22(self.scenario, relative, radius, rate)
+                    field = equations_13_20(self.scenario, relative, self.memory.steered[self.time][group][0])
                     over_ground, too_fast = equations_28_29(field, row.velocity, speed)
                     radial_speed = (over_ground - row.velocity) @ unit(direction(relative))
                     if not too_fast:

@@ -379,8 +379,8 @@ def check_groups(record, compare):
                 if orbit["on_membership_change"] == "shift":
                     centre = centre + shift(record, before, time, group, f)
                 centre, p, margin = section_2c(centre, p, f, q, mean[POSITION], mean_p[np.ix_(POSITION, POSITION)])
-            else:
-                centre, p, margin = mean, mean_p, 0.0
+            if group not in previous or orbit["centre"] == "centroid":
+                centre, p, margin = mean, mean_p, margin if group in previous else 0.0
             centres[group] = centre, p
             compare("section II.C: group centre", row.position, centre[POSITION], tolerance=RUN_ON)
             compare("section II.C: velocity of the centre", row.velocity, centre[VELOCITY], tolerance=RUN_ON)
@@ -405,14 +405,41 @@ def check_groups(record, compare):
             compare("some orbit satisfies every constraint", row.feasible, needed <= allowed)
 
 
-def equations_13_20_22(scenario, uav_rel_centre, radius, rate):
-    """Direction of the flown field (a unit vector), and the radius steered for."""
-    guidance, orbit = scenario["guidance"], scenario["orbit"]
-    virtual = np.clip(radius + guidance["lead_s"] * rate, orbit["radius_min_m"], orbit["radius_max_m"])
+def equation_22(record):
+    """Radius steered for and its rate, of every group at every time: r_d or what it is expected to be, smoothed, led."""
+    scenario, steered, smoothed = record.scenario, {}, {}
+    guidance, orbit, speed = scenario["guidance"], scenario["orbit"], scenario["uavs"]["speed_m_s"]
+    for before, time in zip([None, *record.times], record.times):
+        previous, smoothed, steered[time] = smoothed, {}, {}
+        for group, row in record.groups[time].items():
+            members, radius, rate = record.members(time, group), row.standoff_distance_m, row.standoff_rate_m_s
+            lag = guidance["radial_gain"] * radius / speed
+            if guidance["lead"] == "predicted":
+                relative = [(track.position - row.position, track.velocity - row.velocity) for track in members.values()]
+                away, moving = max(((at + lag * v, v) for at, v in relative), key=lambda later: np.hypot(*later[0]))
+                spread_rate = unit(direction(away)) @ moving
+                _, radius, rate = equation_15(scenario, np.hypot(*away), spread_rate, row.margin_m)
+            kept = group in previous and set(record.members(before, group)) == set(members)
+            if kept and orbit["smoothing_s"] > 0.0:
+                old_radius, old_rate = previous[group]
+                gain, carried = record.period / (orbit["smoothing_s"] + record.period), old_radius + old_rate * record.period
+                radius, rate = carried + gain * (radius - carried), old_rate + gain * (rate - old_rate)
+            smoothed[group] = radius, rate
+            if guidance["lead"] != "predicted":
+                led = radius + (guidance["lead_s"] if guidance["lead"] == "constant" else lag) * rate
+                radius = np.clip(led, orbit["radius_min_m"], orbit["radius_max_m"])
+                rate = rate if radius == led else 0.0
+            steered[time][group] = radius, rate
+    return steered
+
+
+def equations_13_20(scenario, uav_rel_centre, virtual):
+    """Direction of the flown field, a unit vector, onto the radius steered for."""
+    guidance = scenario["guidance"]
     r, outward = np.hypot(*uav_rel_centre), unit(direction(uav_rel_centre))
     along = SENSE[guidance["sense"]] * np.array([-outward[1], outward[0]])
     field = -(r**2 - virtual**2) / guidance["radial_gain"] * outward + 2 * r * virtual * along
-    return field / np.hypot(*field), virtual
+    return field / np.hypot(*field)
 
 
 def equations_28_29(field, centre_velocity, speed):
@@ -434,18 +461,24 @@ def equation_25(guidance, r, radius, rate, speed):
     return SENSE[guidance["sense"]] * turn_rate
 
 
-def flown_feedforward(scenario, uav_rel_centre, centre_velocity, radius, rate, speed):
+def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, speed):
     """Derivative of the desired heading along what is really flown, by central differences of fourth order."""
+    guidance, (radius, rate) = scenario["guidance"], steered
+    field_now = equations_13_20(scenario, uav_rel_centre, radius)
+    over_ground_now, too_fast = equations_28_29(field_now, centre_velocity, speed)
+    relative_speed = np.hypot(*(over_ground_now - centre_velocity))
 
-    def over_ground(t, relative_velocity):
-        at = uav_rel_centre + t * relative_velocity
-        field, _ = equations_13_20_22(scenario, at, radius + t * rate, rate)
+    def over_ground(t):
+        field = equations_13_20(scenario, uav_rel_centre + t * flown, radius + t * rate)
+        if guidance["speed_reference"] == "centre" and not too_fast:
+            return centre_velocity + relative_speed * field
         return equations_28_29(field, centre_velocity, speed)[0]
 
     def change(t):
-        return wrap(direction(over_ground(t, flown)) - direction(over_ground(-t, flown)))
+        return wrap(direction(over_ground(t)) - direction(over_ground(-t)))
 
-    flown, h = over_ground(0.0, np.zeros(2)) - centre_velocity, 1e-4
+    velocity = uav.speed_m_s * unit(uav.heading_rad) if guidance["feedforward"] == "actual" else over_ground_now
+    flown, h = velocity - centre_velocity, 1e-4
     return (8 * change(h) - change(2 * h)) / (12 * h)
 
 
@@ -485,6 +518,7 @@ def check_guidance(record, compare):
     scenario = record.scenario
     guidance, uavs = scenario["guidance"], scenario["uavs"]
     turn_rate_max, change_max = uavs["turn_rate_max_rad_s"], uavs["speed_change_max_m_s"]
+    steered_for = equation_22(record)
     for time in record.times:
         serving = {uav: row for uav, row in record.uavs[time].items() if row.group is not None}
         for uav, row in serving.items():
@@ -499,26 +533,30 @@ def check_guidance(record, compare):
             phases = phases if uav in phases else {uav: phase}
             wanted = equation_35(guidance, phases, uav, radius, uavs["speed_m_s"])
             wanted = max(wanted, speed_floor(group.velocity))
+            steered = steered_for[time][row.group]
+            field = equations_13_20(scenario, relative, steered[0])
+            if guidance["speed_reference"] == "centre":
+                wanted = np.hypot(*(group.velocity + wanted * field))
             speed = np.clip(wanted, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
             compare("(35, 2) speed command", row.speed_command_m_s, speed)
             compare("(2) speed limited", row.speed_limited, speed != wanted)
 
-            field, virtual = equations_13_20_22(scenario, relative, radius, rate)
             over_ground, too_fast = equations_28_29(field, group.velocity, speed)
             desired = direction(over_ground)
-            compare("(22) radius steered for", row.steered_distance_m, virtual)
+            compare("(22) radius steered for", row.steered_distance_m, steered[0])
             compare.angle("(13, 20, 23, 28, 29) desired heading", row.desired_heading_rad, desired)
             compare("(29) centre too fast", row.centre_too_fast, too_fast)
 
-            if guidance["feedforward"] == "flown":
+            if guidance["feedforward"] in ("flown", "actual"):
                 tolerance = DIFFERENCES
-                feedforward = flown_feedforward(scenario, relative, group.velocity, radius, rate, speed)
+                feedforward = flown_feedforward(scenario, row, relative, group.velocity, steered, speed)
             else:
                 tolerance = ROUNDING
                 feedforward = equation_25(guidance, r, radius, rate, speed)
             what = f"(25) feedforward, {guidance['feedforward']}"
             compare(what, row.feedforward_rad_s, feedforward, tolerance=tolerance)
             turn_rate = -guidance["heading_gain_1_s"] * wrap(row.heading_rad - desired) + feedforward
+            turn_rate -= guidance["turn_rate_gain"] * (row.turn_rate_rad_s - feedforward)
             limited = np.clip(turn_rate, -turn_rate_max, turn_rate_max)
             compare("(24, 3) turn rate command", row.turn_rate_command_rad_s, limited, tolerance=tolerance)
             compare("(3) turn rate limited", row.turn_rate_limited, turn_rate != limited)
@@ -581,6 +619,7 @@ def orbit_samples(record, time, samples):
         for uav in uavs:
             own = abs(np.hypot(*(uav - orbit.position)) - orbit.standoff_distance_m)
             true = abs(np.hypot(*(uav - centroid)) - equation_15(scenario, spread, 0.0, 0.0)[1]) if members else None
+            samples["standoff_distance_m"].append(orbit.standoff_distance_m)
             for suffix in settled:
                 samples[f"standoff_tracking_error_m{suffix}"].append(own)
                 samples[f"standoff_error_m{suffix}"] += [true] if members else []
