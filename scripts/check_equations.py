@@ -284,15 +284,43 @@ def equations_10_11(y, information, looks, sensor):
     x = inverse(information) @ y
     r_inverse = np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2])
     for uav, z in looks:
-        (dx, dy), (distance, azimuth) = x[POSITION] - uav, equation_7(uav, x[POSITION])
-        if distance < 1.0:
-            continue  # as docs/ledger.md says: the Jacobian runs away
-        h = np.zeros((2, 6))
-        h[:, POSITION] = [[dx / distance, dy / distance], [-dy / distance**2, dx / distance**2]]
-        innovation = np.array([z[0] - distance, wrap(z[1] - azimuth)])
-        y = y + h.T @ r_inverse @ (innovation + h @ x)
+        h = jacobian(uav, x[POSITION])
+        if h is None:
+            continue
+        y = y + h.T @ r_inverse @ (innovation(uav, z, x[POSITION]) + h @ x)
         information = information + h.T @ r_inverse @ h
     return y, information
+
+
+def jacobian(uav, target):
+    """H: derivative of (7) by the target's state. None so near that it runs away, as docs/ledger.md says."""
+    (dx, dy), distance = target - uav, equation_7(uav, target)[0]
+    if distance < 1.0:
+        return None
+    h = np.zeros((2, 6))
+    h[:, POSITION] = [[dx / distance, dy / distance], [-dy / distance**2, dx / distance**2]]
+    return h
+
+
+def innovation(uav, z, predicted):
+    distance, azimuth = equation_7(uav, predicted)
+    return np.array([z[0] - distance, wrap(z[1] - azimuth)])
+
+
+def stacked(looks, target, sensor):
+    """H, R and innovations of all looks at a target that is expected there, one below the other."""
+    used = [(uav, z) for uav, z in looks if jacobian(uav, target) is not None]
+    h = np.vstack([np.zeros((0, 6)), *[jacobian(uav, target) for uav, _ in used]])
+    r = np.diag([sensor["range_sd_m"] ** 2, np.radians(sensor["bearing_sd_deg"]) ** 2] * len(used))
+    return h, r.reshape(len(h), len(h)), np.ravel([innovation(uav, z, target) for uav, z in used])
+
+
+def looks_by_target(record, time):
+    """What was measured of each target: (UAV's position, range and azimuth)."""
+    looks = defaultdict(list)
+    for (uav, target), z in record.detections[time].items():
+        looks[target].append((record.uavs[time][uav].position, (z.range_m, z.bearing_rad)))
+    return looks
 
 
 def check_tracks(record, compare):
@@ -300,13 +328,12 @@ def check_tracks(record, compare):
     model, filters = record.scenario["filter"], {}
     f, q = equations_5_6(model, record.period)
     for time in record.times:
-        previous, filters = filters, {}
+        previous, filters, seen = filters, {}, looks_by_target(record, time)
         for target, row in record.tracks[time].items():
             if target not in previous:
                 filters[target] = inverse(row.p) @ row.state, inverse(row.p)
                 continue
-            looks = [(record.uavs[time][uav].position, (z.range_m, z.bearing_rad))
-                     for (uav, seen), z in record.detections[time].items() if seen == target]
+            looks = seen[target]
             y, information = equations_10_11(*equations_8_9(*previous[target], f, q), looks, model)
             filters[target] = y, information
             sds = np.sqrt(np.diag(row.p))
@@ -566,7 +593,7 @@ def check_guidance(record, compare):
 
 
 def check_metrics(record, compare):
-    """Every metric of the summary, by its definition in docs/metrics.md."""
+    """Every metric in the summary, by its definition in docs/metrics.md."""
     if not record.truth:
         return
     samples, hidden = defaultdict(list), []
@@ -585,8 +612,53 @@ def check_metrics(record, compare):
         streak = {target: streak.get(target, 0) + 1 for target in targets}
         longest = max([longest, *streak.values()])
     metrics["out_of_view_longest_s"] = longest * record.period
-    for name in sorted({*metrics, *record.metrics}):
-        compare(f"metric {name}", record.metrics.get(name), metrics.get(name))
+    metrics |= bound_metrics(record) | innovation_metrics(record)
+    for name in sorted(record.metrics):
+        compare(f"metric {name}", record.metrics[name], metrics.get(name))
+
+
+def bound_metrics(record):
+    """The posterior Cramer-Rao bound of group members, as the covariance that a Kalman filter would have that knew the
+    true positions; and their squared errors."""
+    scenario = record.scenario
+    model, sensor, cue = scenario.get("targets"), scenario["sensor"], scenario["cue"]
+    if model is None or model.get("manoeuvre") or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
+        return {}
+    f, q = equations_5_6(model, record.period)
+    sds = [cue["position_sd_m"], cue["velocity_sd_m_s"], model["acceleration_sd_m_s2"]] * 2
+    bounds, samples = {}, defaultdict(list)
+    for time in record.times:
+        looks = looks_by_target(record, time)
+        for target, truth in record.truth[time].items():
+            p = f @ bounds[target] @ f.T + q if target in bounds else np.diag(np.square(sds))
+            h, r, _ = stacked(looks[target], truth.position, sensor)
+            p = p - p @ h.T @ inverse(h @ p @ h.T + r) @ h @ p
+            bounds[target] = p
+            track = record.tracks[time].get(target)
+            if track is not None and track.group is not None:
+                samples["position_squared_error_m2"].append(np.sum((track.position - truth.position) ** 2))
+                samples["velocity_squared_error_m2_s2"].append(np.sum((track.velocity - truth.velocity) ** 2))
+                samples["position_bound_m2"].append(np.trace(p[np.ix_(POSITION, POSITION)]))
+                samples["velocity_bound_m2_s2"].append(np.trace(p[np.ix_(VELOCITY, VELOCITY)]))
+    means = {name: np.mean(values) for name, values in samples.items()}
+    for what, unit in [("position", "m2"), ("velocity", "m2_s2")] if means else []:
+        means[f"{what}_bound_ratio"] = np.sqrt(means[f"{what}_squared_error_{unit}"] / means[f"{what}_bound_{unit}"])
+    return means
+
+
+def innovation_metrics(record):
+    """Innovations of the recorded tracks, all looks at a target at an instant in one, over their covariance."""
+    model = record.scenario["filter"]
+    f, q = equations_5_6(model, record.period)
+    squares, numbers = 0.0, 0
+    for before, time in zip(record.times, record.times[1:]):
+        for target, looks in looks_by_target(record, time).items():
+            row = record.tracks[before].get(target)
+            if row is not None:
+                h, r, nu = stacked(looks, (f @ row.state)[POSITION], model)
+                squares += nu @ inverse(h @ (f @ row.p @ f.T + q) @ h.T + r) @ nu
+                numbers += len(nu)
+    return {"nis": squares / numbers} if numbers else {}
 
 
 def track_samples(record, time, samples):

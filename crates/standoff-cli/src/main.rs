@@ -32,6 +32,8 @@ enum Command {
     Show {
         /// The folder of the run.
         dir: PathBuf,
+        #[command(flatten)]
+        metrics: outcome::Wanted,
         /// Print one JSON object instead of the table.
         #[arg(long)]
         json: bool,
@@ -63,7 +65,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         None => run::run(&run::Args::default()),
         Some(Command::Run(args)) => run::run(&args),
-        Some(Command::Show { dir, json }) => tell::show(&dir, json),
+        Some(Command::Show { dir, metrics, json }) => tell::show(&dir, metrics.choice, json),
         Some(Command::Scenarios { name }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),
     };

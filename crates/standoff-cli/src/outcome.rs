@@ -3,13 +3,46 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use clap::Args;
 use serde::Serialize;
-use standoff_sim::score::Metrics;
+use standoff_sim::score::{Choice, Chosen};
 
 use crate::failure::{Failure, print};
 
 /// Events that a table shows before it refers to the file.
 const EVENTS_SHOWN: usize = 12;
+
+/// Which metrics are told.
+#[derive(Args)]
+pub(crate) struct Wanted {
+    /// Metrics to work out, with commas between: names of docs/metrics.md, and the sets standard, limits (how close the
+    /// estimates come to their bound; takes a little longer), table-2 and all.
+    #[arg(id = "metrics", long = "metrics", value_name = "LIST", default_value = "standard", value_parser = Choice::parse)]
+    pub(crate) choice: Choice,
+}
+
+/// The table: topic, what, metric, unit. Shares of 0 to 1 are shown in percent.
+const ROWS: [(&str, &str, &str, &str); 19] = [
+    ("in view", "group members seen by no UAV", "out_of_view_fraction", "% of the time"),
+    ("in view", "the longest that one was", "out_of_view_longest_s", "s"),
+    ("in view", "targets in no group", "uncovered_fraction", "% of the time"),
+    ("line of sight", "furthest member off boresight, mean", "line_of_sight_deg", "deg"),
+    ("line of sight", "and at worst", "line_of_sight_max_deg", "deg"),
+    ("estimates", "position error", "position_error_m", "m"),
+    ("estimates", "velocity error", "velocity_error_m_s", "m/s"),
+    ("estimates", "consistency (1 is right)", "anees", ""),
+    ("estimates", "of the innovations (1 is right)", "nis", ""),
+    ("estimates", "position error over its bound", "position_bound_ratio", ""),
+    ("estimates", "velocity error over its bound", "velocity_bound_ratio", ""),
+    ("orbit", "standoff error, true geometry", "standoff_error_m", "m"),
+    ("orbit", "once settled", "standoff_error_m_settled", "m"),
+    ("orbit", "standoff error, the agents' own view", "standoff_tracking_error_m", "m"),
+    ("orbit", "once settled", "standoff_tracking_error_m_settled", "m"),
+    ("orbit", "phase error", "phase_error_deg", "deg"),
+    ("orbit", "smallest separation", "separation_min_m", "m"),
+    ("limits", "turn rate at its limit", "turn_rate_saturated_fraction", "% of the time"),
+    ("limits", "no feasible orbit", "infeasible_fraction", "% of the time"),
+];
 
 /// What a run came to.
 #[derive(Serialize)]
@@ -19,7 +52,7 @@ pub(crate) struct Outcome {
     pub(crate) duration_s: f64,
     pub(crate) uavs: usize,
     pub(crate) targets: usize,
-    pub(crate) metrics: Metrics,
+    pub(crate) metrics: Chosen,
     pub(crate) events: Vec<Event>,
 }
 
@@ -52,36 +85,21 @@ impl Outcome {
 
     /// What a person wants to know first.
     fn table(&self, out: &Path) -> String {
-        let m = &self.metrics;
         let Self { scenario, seed, duration_s, uavs, targets, .. } = self;
         let mut text = format!(
             "{scenario}, seed {seed}: {}, {}, {duration_s} s\n\n",
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
-        let percent = |fraction: Option<f64>| fraction.map(|fraction| 100.0 * fraction);
-        let rows = [
-            ("in view", "group members seen by no UAV", percent(m.out_of_view_fraction), "% of the time"),
-            ("", "the longest that one was", Some(m.out_of_view_longest_s), "s"),
-            ("", "targets in no group", percent(m.uncovered_fraction), "% of the time"),
-            ("line of sight", "furthest member off boresight, mean", m.line_of_sight_deg, "deg"),
-            ("", "and at worst", m.line_of_sight_max_deg, "deg"),
-            ("estimates", "position error", m.position_error_m, "m"),
-            ("", "velocity error", m.velocity_error_m_s, "m/s"),
-            ("", "consistency (1 is right)", m.anees, ""),
-            ("orbit", "standoff error, true geometry", m.standoff_error_m, "m"),
-            ("", "once settled", m.standoff_error_m_settled, "m"),
-            ("", "standoff error, the agents' own view", m.standoff_tracking_error_m, "m"),
-            ("", "once settled", m.standoff_tracking_error_m_settled, "m"),
-            ("", "phase error", m.phase_error_deg, "deg"),
-            ("", "smallest separation", m.separation_min_m, "m"),
-            ("limits", "turn rate at its limit", percent(m.turn_rate_saturated_fraction), "% of the time"),
-            ("", "no feasible orbit", percent(m.infeasible_fraction), "% of the time"),
-        ];
-        for (topic, what, value, unit) in rows {
+        let mut last = "";
+        for (topic, what, name, unit) in ROWS {
+            let Some(value) = self.metrics.get(name) else { continue };
+            let value = value.map(|value| if name.ends_with("_fraction") { 100.0 * value } else { value });
             let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
-            text += format!("{topic:14} {what:37} {value:>9} {unit}").trim_end();
+            let heading = if topic == last { "" } else { topic };
+            text += format!("{heading:14} {what:37} {value:>9} {unit}").trim_end();
             text += "\n";
+            last = topic;
         }
         text += &self.events_told();
         text + &format!("\nresults in {}\n", out.display())

@@ -11,6 +11,7 @@ use standoff_sim::scenario::{Edits, Scenario, Settings};
 use standoff_sim::world::World;
 
 use crate::failure::{Failure, note};
+use crate::outcome::Wanted;
 use crate::tell::tell;
 
 pub(crate) const EXAMPLES: &str = "\
@@ -42,6 +43,8 @@ pub(crate) struct Args {
     /// Folder for the results [default: standoff-out/NAME-SEED].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    metrics: Wanted,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
@@ -80,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let closed = fly(&scenario, &out)?;
-    let outcome = tell(closed.dir(), closed.dir())?;
+    let outcome = tell(closed.dir(), closed.dir(), args.metrics.choice)?;
     closed.publish().map_err(Failure::running)?;
     outcome.print(args.json, &out)
 }

@@ -5,26 +5,26 @@ use std::path::Path;
 
 use standoff_sim::record::{EventRow, Frame, Record};
 use standoff_sim::scenario::Settings;
-use standoff_sim::score::{Choice, Rules, Scorer};
+use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_view::figures::{Setup, figures};
 
 use crate::failure::{Failure, note};
 use crate::outcome::{Event, Outcome};
 
 /// `standoff show`: tells a finished run again; its summary and figures are made anew.
-pub(crate) fn show(dir: &Path, json: bool) -> Result<(), Failure> {
-    tell(dir, dir)?.print(json, dir)
+pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
+    tell(dir, dir, choice)?.print(json, dir)
 }
 
 /// Scores and draws the record in `dir`; summary and figures go to `to`.
-pub(crate) fn tell(dir: &Path, to: &Path) -> Result<Outcome, Failure> {
+pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Failure> {
     let record = Record::open(dir).map_err(Failure::input)?;
     if !record.has_truth() {
         note("note: the record has no truth table; scores that need it are missing");
     }
     let label = dir.join("scenario.toml").display().to_string();
     let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
-    let mut scorer = Scorer::new(Rules::of(&settings), Choice::ALL);
+    let mut scorer = Scorer::new(Rules::of(&settings), choice);
     let (mut events, mut uavs) = (Vec::new(), 0);
     let frames = record.frames().map_err(Failure::running)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
@@ -43,7 +43,7 @@ pub(crate) fn tell(dir: &Path, to: &Path) -> Result<Outcome, Failure> {
         duration_s: manifest.duration_s,
         uavs,
         targets: events.iter().filter(|event: &&Event| event.kind == "cued").count(),
-        metrics: scorer.metrics(),
+        metrics: Chosen { metrics: scorer.metrics(), choice },
         events,
     };
     save(&to.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;

@@ -99,11 +99,29 @@ fn json_is_one_object_and_the_summary_is_the_same() {
     assert!(event["time_s"].is_number() && event["reason"].is_string());
 }
 
+/// What is not asked for is not there: not null, not in the table.
+#[test]
+fn metrics_are_chosen_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let metrics = |args: &[&str]| -> Vec<String> {
+        let printed: Value = serde_json::from_slice(&standoff(folder.path(), args).stdout).unwrap();
+        printed["metrics"].as_object().unwrap().keys().cloned().collect()
+    };
+    let run = ["run", "tour/02-two-uavs", "--out", "o", "--json", "--metrics"];
+    assert_eq!(metrics(&[&run[..], &["nis,handoffs"]].concat()), ["handoffs", "nis"]);
+    assert_eq!(metrics(&["show", "o", "--json", "--metrics", "velocity_bound_ratio"]).len(), 3);
+    let standard = metrics(&["show", "o", "--json"]);
+    assert!(standard.contains(&"anees".to_owned()) && !standard.contains(&"nis".to_owned()), "{standard:?}");
+    let table = text(&standoff(folder.path(), &["show", "o", "--metrics", "nis"]).stdout);
+    assert!(table.contains("estimates      of the innovations (1 is right)"), "{table}");
+    assert!(!table.contains("position error"), "{table}");
+}
+
 /// docs/metrics.md defines every metric that is printed, and none besides.
 #[test]
 fn every_metric_is_defined() {
     let folder = tempfile::tempdir().unwrap();
-    let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--json"]);
+    let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--metrics", "all", "--json"]);
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let printed: Vec<_> = printed["metrics"].as_object().unwrap().keys().cloned().collect();
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/metrics.md")).unwrap();
@@ -185,6 +203,8 @@ fn wrong_input_is_refused_with_one_clear_message() {
     );
     check_refused(&["run", "--set", "sensor.field_of_view_deg=5"], &["field_of_view_margin_deg = 10", "below 5"]);
     check_refused(&["run", "--out", "mine"], &["mine: holds something other than a run"]);
+    check_refused(&["run", "--metrics", "speed"], &["--metrics", "no such metric", "position_error_m"]);
+    check_refused(&["run", "--metrics", ","], &["--metrics", "names no metric"]);
     check_refused(&["show", "mine"], &["mine"]);
     check_refused(&["show", "nowhere"], &["nowhere"]);
     check_refused(&["fly"], &["fly"]);

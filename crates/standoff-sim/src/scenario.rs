@@ -65,6 +65,8 @@ pub struct Settings {
     pub noise: Noise,
     /// How well targets are handed over.
     pub cue: CueError,
+    /// The model that the targets follow; `None` where they come from a file or manoeuvre.
+    pub motion: Option<TargetParams>,
 }
 
 /// Noise of the sensors as they are.

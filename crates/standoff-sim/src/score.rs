@@ -1,24 +1,36 @@
 //! Scores of a run, from its record alone: frame by frame, in bounded memory. `docs/metrics.md` defines each.
 
+mod bound;
+mod innovation;
 mod metrics;
 
 use std::collections::BTreeMap;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams};
+use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams};
 
 use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
-use crate::scenario::Settings;
+use crate::scenario::{CueError, Noise, Settings};
+use bound::Bound;
+use innovation::Innovations;
 
-pub use metrics::{Choice, Metrics};
+pub use metrics::{Choice, Chosen, Metrics};
 
 /// What a score needs to know of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
     /// The orbit's bounds and the field of view with its margin.
     pub standoff: StandoffParams,
-    /// Field of view and sensing range.
+    /// Field of view and sensing range, and the noise that the filters assume.
     pub sensor: SensorParams,
+    /// The target model that the filters assume.
+    pub target: TargetParams,
+    /// The model that the targets really follow, if they follow one.
+    pub motion: Option<TargetParams>,
+    /// The sensors' real noise.
+    pub noise: Noise,
+    /// How well targets are handed over.
+    pub cue: CueError,
     /// Separation of a pair, rad.
     pub separation_rad: f64,
     /// Time between two frames, s.
@@ -33,6 +45,10 @@ impl Rules {
         Self {
             standoff: settings.team.group.standoff,
             sensor: settings.team.track.sensor,
+            target: settings.team.track.target,
+            motion: settings.motion,
+            noise: settings.noise,
+            cue: settings.cue,
             separation_rad: settings.team.guidance.separation_rad,
             period_s: settings.period.s(),
             settle_s: settings.settle.s(),
@@ -103,6 +119,8 @@ pub struct Scorer {
     handoffs: u64,
     discards: u64,
     nees: Mean,
+    bound: Option<Bound>,
+    innovations: Option<Innovations>,
 }
 
 impl Scorer {
@@ -132,6 +150,8 @@ impl Scorer {
             handoffs: 0,
             discards: 0,
             nees: Mean::default(),
+            bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
+            innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
         }
     }
 
@@ -168,10 +188,17 @@ impl Scorer {
             self.handoffs += count("handoff-completed");
             self.discards += count("discarded");
         }
+        if let Some(bound) = &mut self.bound {
+            bound.frame(frame);
+        }
+        if let Some(innovations) = &mut self.innovations {
+            innovations.frame(frame);
+        }
     }
 
     /// The scores so far.
     pub fn metrics(&self) -> Metrics {
+        let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
         Metrics {
             position_error_m: self.position.value(),
             velocity_error_m_s: self.velocity.value(),
@@ -193,6 +220,13 @@ impl Scorer {
             handoffs: self.handoffs,
             discards: self.discards,
             anees: self.nees.value(),
+            nis: self.innovations.as_ref().and_then(Innovations::value),
+            position_bound_ratio: position.ratio(),
+            velocity_bound_ratio: velocity.ratio(),
+            position_squared_error_m2: position.squared_error.value(),
+            position_bound_m2: position.bound.value(),
+            velocity_squared_error_m2_s2: velocity.squared_error.value(),
+            velocity_bound_m2_s2: velocity.bound.value(),
         }
     }
 

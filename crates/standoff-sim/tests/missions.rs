@@ -136,21 +136,6 @@ fn paper_table_2_has_the_papers_order() {
     assert!(pair.iter().all(|metrics| metrics.out_of_view_fraction == Some(0.0)));
 }
 
-/// The filter is consistent on targets drawn from its own model: its error squared is what its covariance says.
-#[test]
-fn stat_the_filter_is_consistent() {
-    let anees = mean((1..=30).map(|seed| fly("paper/table-2-pair", &[], seed).anees));
-    assert!((0.95..=1.05).contains(&anees), "{anees}");
-}
-
-/// And the check can fail: a filter that believes in half the noise is caught.
-#[test]
-fn stat_a_wrong_noise_is_caught() {
-    let set = ["filter.range_sd_m=7.0", "filter.bearing_sd_deg=2.1"];
-    let anees = mean((1..=10).map(|seed| fly("paper/table-2-pair", &set, seed).anees));
-    assert!(anees > 1.3, "{anees}");
-}
-
 #[test]
 fn a_convoy_stays_in_view_and_its_comings_and_goings_are_told() {
     for seed in 1..=5 {

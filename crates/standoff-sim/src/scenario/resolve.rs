@@ -83,6 +83,14 @@ fn settings(file: &ScenarioFile) -> Settings {
             position_sd_m: value(&file.cue.position_sd_m),
             velocity_sd_m_s: value(&file.cue.velocity_sd_m_s),
         },
+        motion: file.targets.as_ref().filter(|targets| targets.manoeuvre.is_empty()).map(target_model),
+    }
+}
+
+fn target_model(targets: &file::Targets) -> TargetParams {
+    TargetParams {
+        correlation_rate_1_s: value(&targets.correlation_rate_1_s),
+        acceleration_sd_m_s2: value(&targets.acceleration_sd_m_s2),
     }
 }
 
@@ -250,10 +258,7 @@ fn fill_in(file: &mut ScenarioFile, traffic: Option<&Traffic>) {
 /// The random targets' first states, spelt out in the file as `[[targets.at]]`.
 fn random_targets(file: &mut ScenarioFile, draws: Draws) -> Targets {
     let targets = file.targets.get_or_insert_default();
-    let model = TargetParams {
-        correlation_rate_1_s: value(&targets.correlation_rate_1_s),
-        acceleration_sd_m_s2: value(&targets.acceleration_sd_m_s2),
-    };
+    let model = target_model(targets);
     if let Some(scatter) = targets.scatter.take() {
         for index in 0..value(&scatter.count) as u64 {
             let draw = |key: &str, number: Number| {

@@ -1,0 +1,274 @@
+//! The posterior Cramer-Rao bound: how small the covariance of any unbiased estimate of a target could be by now, given
+//! where the UAVs were and what they measured.
+//!
+//! ```text
+//! J_0 = P_0^-1       J_{k+1} = (F J_k^-1 F' + Q)^-1 + sum_i H_i' R^-1 H_i
+//! ```
+//!
+//! (Tichavsky, Muravchik, Nehorai 1998.) F, Q and R are the world's, P_0 is the cue's, H is taken at the true positions,
+//! and the sum goes over the detections of the instant: the bound is that of the geometry and the measurements that
+//! there were. It knows no more than that; in particular not that a target which was not detected was out of view.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
+use standoff::{Duration, Position, SensorParams, Transition};
+
+use super::{Mean, Rules, at, position, track_of, truth_of};
+use crate::record::{Frame, TrackRow, TruthRow};
+
+/// Where position and velocity stand in a state `[x, vx, ax, y, vy, ay]`.
+const POSITION: [usize; 2] = [0, 3];
+const VELOCITY: [usize; 2] = [1, 4];
+
+/// How the estimates of group members compare with the best that there could be.
+#[derive(Debug, Clone)]
+pub(super) struct Bound {
+    transition: Transition,
+    sensor: SensorParams,
+    /// P_0.
+    cue: Matrix6<f64>,
+    /// J^-1 of every target.
+    covariances: BTreeMap<u32, Matrix6<f64>>,
+    position: Efficiency,
+    velocity: Efficiency,
+}
+
+impl Bound {
+    /// `None` where no bound is defined: targets that follow no model, or measurements without noise.
+    pub(super) fn of(rules: &Rules) -> Option<Self> {
+        let (motion, noise) = (rules.motion?, rules.noise);
+        if noise.range_sd_m <= 0.0 || noise.bearing_sd_rad <= 0.0 {
+            return None;
+        }
+        let sds = [rules.cue.position_sd_m, rules.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
+        Some(Self {
+            transition: motion.transition(Duration::from_s(rules.period_s)),
+            sensor: SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..rules.sensor },
+            cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
+            covariances: BTreeMap::new(),
+            position: Efficiency::default(),
+            velocity: Efficiency::default(),
+        })
+    }
+
+    /// Takes in the next frame.
+    pub(super) fn frame(&mut self, frame: &Frame) {
+        let mut told: BTreeMap<u32, Matrix2<f64>> = BTreeMap::new();
+        for (uav, target, truth) in seen(frame) {
+            *told.entry(target).or_default() += self.sensor.information(uav, truth);
+        }
+        for truth in &frame.truth {
+            let before = self.covariances.get(&truth.target);
+            let prior = before.map_or(self.cue, |covariance| self.transition.predict_covariance(covariance));
+            let covariance = told.get(&truth.target).map_or(prior, |information| informed(&prior, information));
+            self.covariances.insert(truth.target, covariance);
+            let track = track_of(frame, truth.target).filter(|track| track.group.is_some());
+            if let Some(track) = track {
+                let error = error(track, truth);
+                self.position.add(&error, &covariance, POSITION);
+                self.velocity.add(&error, &covariance, VELOCITY);
+            }
+        }
+    }
+
+    /// Of the position, and of the velocity.
+    pub(super) fn efficiencies(&self) -> [Efficiency; 2] {
+        [self.position, self.velocity]
+    }
+}
+
+/// Every detection whose UAV and target the frame knows: the UAV's position, which target, the target's true position.
+fn seen(frame: &Frame) -> impl Iterator<Item = (Position, u32, Position)> {
+    frame.detections.iter().filter_map(|detection| {
+        let uav = frame.uavs.iter().find(|uav| uav.uav == detection.uav)?;
+        let truth = truth_of(frame, detection.target)?;
+        Some((at(uav), detection.target, position(truth)))
+    })
+}
+
+/// (P^-1 + C I C')^-1 with C the position columns of the unit matrix: P may be singular, as that of targets that never
+/// accelerate is.
+fn informed(p: &Matrix6<f64>, information: &Matrix2<f64>) -> Matrix6<f64> {
+    let columns = Matrix6x2::from_columns(&POSITION.map(|column| p.column(column).into_owned()));
+    let block = Matrix2::from_fn(|row, column| p[(POSITION[row], POSITION[column])]);
+    match (Matrix2::identity() + information * block).try_inverse() {
+        Some(damping) => p - columns * (damping * information) * columns.transpose(),
+        None => *p,
+    }
+}
+
+/// Estimated minus true position and velocity; of the acceleration no error is taken.
+fn error(track: &TrackRow, truth: &TruthRow) -> [f64; 6] {
+    let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
+    [x_m - truth.x_m, vx_m_s - truth.vx_m_s, 0.0, y_m - truth.y_m, vy_m_s - truth.vy_m_s, 0.0]
+}
+
+/// Squared errors beside the bound on their mean, over the same samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Efficiency {
+    pub(super) squared_error: Mean,
+    pub(super) bound: Mean,
+}
+
+impl Efficiency {
+    fn add(&mut self, error: &[f64; 6], covariance: &Matrix6<f64>, axes: [usize; 2]) {
+        self.squared_error.add(axes.iter().map(|axis| error[*axis] * error[*axis]).sum());
+        self.bound.add(axes.iter().map(|axis| covariance[(*axis, *axis)]).sum());
+    }
+
+    /// Root of the summed squared errors over the summed bound.
+    pub(super) fn ratio(&self) -> Option<f64> {
+        Some((self.squared_error.value()? / self.bound.value()?).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{DetectionRow, Place, TrackStatus, UavRow};
+    use crate::scenario::{CueError, Edits, Noise, Scenario};
+    use standoff::{Angle, Displacement, TargetParams};
+
+    /// Table I's sensor, and targets that follow the model.
+    fn rules(acceleration_sd_m_s2: f64) -> Rules {
+        let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap();
+        let motion = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2 };
+        Rules { motion: Some(motion), ..Rules::of(&scenario.settings) }
+    }
+
+    /// A target at the origin, `ranges_and_phases` of the UAVs that detect it, and a track that is off by 3 m and 4 m,
+    /// 1 m/s and 0.
+    fn frame(ranges_and_phases: &[(f64, f64)]) -> Frame {
+        let mut frame = Frame {
+            truth: vec![TruthRow {
+                target: 0,
+                x_m: 0.0,
+                y_m: 0.0,
+                vx_m_s: 0.0,
+                vy_m_s: 0.0,
+                ax_m_s2: Some(0.0),
+                ay_m_s2: Some(0.0),
+            }],
+            tracks: vec![TrackRow {
+                target: 0,
+                status: TrackStatus::Held,
+                place: Place::Member,
+                group: Some(0),
+                to_group: None,
+                state: [3.0, 1.0, 9.0, -4.0, 0.0, 9.0],
+                covariance: [0.0; 21],
+            }],
+            ..Frame::default()
+        };
+        for (uav, (range_m, phase_rad)) in (0..).zip(ranges_and_phases) {
+            let at = Displacement::from_polar(*range_m, Angle::from_rad(*phase_rad));
+            frame.uavs.push(UavRow { uav, x_m: at.x_m(), y_m: at.y_m(), ..UAV });
+            frame.detections.push(DetectionRow { uav, target: 0, range_m: *range_m, bearing_rad: 0.0 });
+        }
+        frame
+    }
+
+    const UAV: UavRow = UavRow {
+        uav: 0,
+        group: Some(0),
+        x_m: 0.0,
+        y_m: 0.0,
+        heading_rad: 0.0,
+        speed_m_s: 40.0,
+        turn_rate_rad_s: 0.0,
+        boresight_rad: None,
+        speed_command_m_s: 40.0,
+        turn_rate_command_rad_s: 0.0,
+        speed_limited: false,
+        turn_rate_limited: false,
+        centre_distance_m: None,
+        phase_rad: None,
+        steered_distance_m: None,
+        desired_heading_rad: None,
+        feedforward_rad_s: None,
+        convergence_threshold_m2_s: None,
+        centre_too_fast: false,
+        altitude_m: None,
+    };
+
+    /// The bound's position and velocity, root of the mean over 1,200 scans from an orbit at 40 m/s, once settled; UAVs a
+    /// right angle apart.
+    fn on_orbit(acceleration_sd_m_s2: f64, uavs: u32, radius_m: f64) -> [f64; 2] {
+        let mut bound = Bound::of(&rules(acceleration_sd_m_s2)).unwrap();
+        for scan in 0..1300 {
+            let phase_rad = f64::from(scan) * 0.5 * 40.0 / radius_m;
+            let phases: Vec<_> =
+                (0..uavs).map(|uav| (radius_m, phase_rad + f64::from(uav) * std::f64::consts::FRAC_PI_2)).collect();
+            let mut frame = frame(&phases);
+            if scan < 100 {
+                frame.tracks.clear();
+            }
+            bound.frame(&frame);
+        }
+        bound.efficiencies().map(|efficiency| efficiency.bound.value().unwrap().sqrt())
+    }
+
+    /// Reference values of a separate program (NumPy, information form), to the digits it printed.
+    #[test]
+    fn on_an_orbit_the_bound_is_that_of_an_independent_computation() {
+        let cases = [(1, 250.0), (1, 400.0), (2, 250.0), (2, 400.0)];
+        let table = [
+            (0.1, [[5.79, 1.02], [7.29, 1.12], [4.29, 0.88], [4.76, 0.92]]),
+            (0.3, [[7.11, 1.93], [9.12, 2.15], [5.23, 1.64], [5.81, 1.73]]),
+            (2.0, [[9.70, 5.39], [12.72, 6.14], [7.02, 4.51], [7.83, 4.79]]),
+        ];
+        for (acceleration_sd_m_s2, expected) in table {
+            for ((uavs, radius_m), expected) in cases.into_iter().zip(expected) {
+                let got = on_orbit(acceleration_sd_m_s2, uavs, radius_m);
+                for (got, expected) in got.into_iter().zip(expected) {
+                    let what = format!("{acceleration_sd_m_s2} m/s2, {uavs} UAVs, {radius_m} m");
+                    assert!((got / expected - 1.0).abs() < 0.01, "{what}: {got}, not {expected}");
+                }
+            }
+        }
+    }
+
+    /// 10 m along and 400 m times 3 degrees across: 23.2 m for one UAV. Two a right angle apart: each axis has both,
+    /// 12.8 m. Nothing is known before but that the target is somewhere within 100 km.
+    #[test]
+    fn a_single_scan_tells_range_along_and_bearing_across() {
+        let nowhere = Rules { cue: CueError { position_sd_m: 1e5, velocity_sd_m_s: 2.0 }, ..rules(0.05) };
+        let along_m2 = 100.0;
+        let across_m2 = (400.0 * 3f64.to_radians()) * (400.0 * 3f64.to_radians());
+        let both_m2 = 1.0 / (1.0 / along_m2 + 1.0 / across_m2);
+        for (phases, expected_m2) in
+            [(vec![0.7], along_m2 + across_m2), (vec![0.7, 0.7 + std::f64::consts::FRAC_PI_2], 2.0 * both_m2)]
+        {
+            let mut bound = Bound::of(&nowhere).unwrap();
+            bound.frame(&frame(&phases.iter().map(|phase| (400.0, *phase)).collect::<Vec<_>>()));
+            let [position, velocity] = bound.efficiencies();
+            assert!((position.bound.value().unwrap() / expected_m2 - 1.0).abs() < 1e-6);
+            assert!((velocity.bound.value().unwrap() - 8.0).abs() < 1e-9, "4 m2/s2 per axis, as cued");
+        }
+    }
+
+    /// An error of 3 m and 4 m against a cue of 20 m per axis, 1 m/s against 2 m/s, nothing measured: 5/sqrt(800) and
+    /// 1/sqrt(8). Targets that never accelerate have a bound too.
+    #[test]
+    fn the_ratio_is_the_root_of_squared_error_over_bound() {
+        let mut bound = Bound::of(&rules(0.0)).unwrap();
+        bound.frame(&frame(&[]));
+        let [position, velocity] = bound.efficiencies().map(|efficiency| efficiency.ratio().unwrap());
+        assert!((position - (25.0f64 / 800.0).sqrt()).abs() < 1e-15);
+        assert!((velocity - (1.0f64 / 8.0).sqrt()).abs() < 1e-15);
+        bound.frame(&frame(&[(400.0, 0.0)]));
+        let [position, _] = bound.efficiencies();
+        assert!(position.bound.value().unwrap() < 0.75 * 800.0, "the scan told something");
+    }
+
+    #[test]
+    fn without_a_model_or_without_noise_there_is_no_bound() {
+        assert!(Bound::of(&Rules { motion: None, ..rules(0.05) }).is_none());
+        for noise in
+            [Noise { range_sd_m: 0.0, ..rules(0.05).noise }, Noise { bearing_sd_rad: 0.0, ..rules(0.05).noise }]
+        {
+            assert!(Bound::of(&Rules { noise, ..rules(0.05) }).is_none());
+        }
+    }
+}
