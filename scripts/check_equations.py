@@ -612,7 +612,7 @@ def check_metrics(record, compare):
         streak = {target: streak.get(target, 0) + 1 for target in targets}
         longest = max([longest, *streak.values()])
     metrics["out_of_view_longest_s"] = longest * record.period
-    metrics |= bound_metrics(record) | innovation_metrics(record)
+    metrics |= bound_metrics(record) | innovation_metrics(record) | surprise_metrics(record)
     for name in sorted(record.metrics):
         compare(f"metric {name}", record.metrics[name], metrics.get(name))
 
@@ -659,6 +659,32 @@ def innovation_metrics(record):
                 squares += nu @ inverse(h @ (f @ row.p @ f.T + q) @ h.T + r) @ nu
                 numbers += len(nu)
     return {"nis": squares / numbers} if numbers else {}
+
+
+def surprise_metrics(record):
+    """How far orbits lie from where the tracks of the instant before foretold them, as e = r - r_d tells."""
+    scenario, samples = record.scenario, defaultdict(list)
+    f, _ = equations_5_6(scenario["filter"], record.period)
+
+    def off(uav, positions, centre, margin):
+        spread = max(np.hypot(*(position - centre)) for position in positions)
+        return np.hypot(*(uav.position - centre)) - equation_15(scenario, spread, 0.0, margin)[1]
+
+    for before, time in zip(record.times, record.times[1:]):
+        for group, row in record.groups[time].items() if time / 1e6 >= scenario["settle_s"] else []:
+            old, members = record.groups[before].get(group), record.members(time, group)
+            foretold = [(f @ track.state)[POSITION] for track in record.members(before, group).values()]
+            truth = [record.truth[time][target].position for target in members if target in record.truth[time]]
+            if old is None or set(record.members(before, group)) != set(members) or not truth:
+                continue
+            for uav in record.uavs[time].values():
+                if uav.group == group:
+                    true = off(uav, truth, np.mean(truth, axis=0), 0.0) - off(uav, foretold, np.mean(foretold, axis=0), 0.0)
+                    own = np.hypot(*(uav.position - row.position)) - row.standoff_distance_m
+                    own -= off(uav, foretold, old.position + old.velocity * record.period, row.margin_m)
+                    samples["standoff_surprise_m_settled"].append(abs(true))
+                    samples["standoff_tracking_surprise_m_settled"].append(abs(own))
+    return {name: np.mean(values) for name, values in samples.items()}
 
 
 def track_samples(record, time, samples):

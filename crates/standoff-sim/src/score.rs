@@ -3,6 +3,7 @@
 mod bound;
 mod innovation;
 mod metrics;
+mod surprise;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,7 @@ use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::scenario::{CueError, Noise, Settings};
 use bound::Bound;
 use innovation::Innovations;
+use surprise::Surprises;
 
 pub use metrics::{Choice, Chosen, Metrics};
 
@@ -121,6 +123,7 @@ pub struct Scorer {
     nees: Mean,
     bound: Option<Bound>,
     innovations: Option<Innovations>,
+    surprises: Option<Surprises>,
 }
 
 impl Scorer {
@@ -152,6 +155,9 @@ impl Scorer {
             nees: Mean::default(),
             bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
             innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
+            surprises: choice
+                .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
+                .then(|| Surprises::new(rules)),
         }
     }
 
@@ -194,6 +200,9 @@ impl Scorer {
         if let Some(innovations) = &mut self.innovations {
             innovations.frame(frame);
         }
+        if let Some(surprises) = &mut self.surprises {
+            surprises.frame(frame);
+        }
     }
 
     /// The scores so far.
@@ -220,6 +229,8 @@ impl Scorer {
             handoffs: self.handoffs,
             discards: self.discards,
             anees: self.nees.value(),
+            standoff_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.truth.value()),
+            standoff_tracking_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.own.value()),
             nis: self.innovations.as_ref().and_then(Innovations::value),
             position_bound_ratio: position.ratio(),
             velocity_bound_ratio: velocity.ratio(),
@@ -268,9 +279,7 @@ impl Scorer {
 
         let members: Vec<Position> = on_orbit(frame, group.group).map(position).collect();
         let Some(centroid) = centroid(&members) else { return };
-        let distances_m = members.iter().map(|member| member.distance_m(centroid));
-        let spread = Spread { distance_m: distances_m.fold(0.0, f64::max), rate_m_s: 0.0 };
-        let standoff_m = self.rules.standoff.distance(spread, 0.0).distance_m;
+        let standoff_m = standoff_m(&self.rules, &members, centroid, 0.0);
         for uav in &crew {
             let error_m = (at(uav).distance_m(centroid) - standoff_m).abs();
             self.standoff.add(error_m);
@@ -382,6 +391,13 @@ fn at(uav: &UavRow) -> Position {
 
 fn position(truth: &TruthRow) -> Position {
     Position::from_m(truth.x_m, truth.y_m)
+}
+
+/// r_d (15) of members about a centre, m.
+fn standoff_m(rules: &Rules, members: &[Position], centre: Position, margin_m: f64) -> f64 {
+    let distances_m = members.iter().map(|member| member.distance_m(centre));
+    let spread = Spread { distance_m: distances_m.fold(0.0, f64::max), rate_m_s: 0.0 };
+    rules.standoff.distance(spread, margin_m).distance_m
 }
 
 fn centroid(positions: &[Position]) -> Option<Position> {

@@ -98,6 +98,10 @@ metrics! {
         discards: u64,
         /// Normalised estimation error squared of group members over the size of the state; 1 is consistent.
         anees: Option<f64>,
+        /// What of `standoff_error_m_settled` no guidance can know, m.
+        standoff_surprise_m_settled: Option<f64>,
+        /// What of `standoff_tracking_error_m_settled` no guidance can know, m.
+        standoff_tracking_surprise_m_settled: Option<f64>,
         /// Normalised innovation squared over the numbers measured; 1 is consistent.
         nis: Option<f64>,
         /// Root-mean-square position error of group members over its Cramer-Rao bound.
@@ -147,6 +151,8 @@ pub struct Choice(u64);
 
 /// Metrics whose working out takes longer than most: they compare with limits, and are worked out where asked for.
 const LIMITS: &[&str] = &[
+    "standoff_surprise_m_settled",
+    "standoff_tracking_surprise_m_settled",
     "nis",
     "position_bound_ratio",
     "velocity_bound_ratio",
