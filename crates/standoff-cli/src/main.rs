@@ -1,6 +1,10 @@
 //! The `standoff` command: flies scenarios, lists them, checks them.
 
+mod changes;
+mod compare;
 mod failure;
+mod merge;
+mod monte_carlo;
 mod outcome;
 mod run;
 mod scenarios;
@@ -28,6 +32,15 @@ enum Command {
     /// Fly a scenario: print the outcome, write the results.
     #[command(after_help = run::EXAMPLES)]
     Run(run::Args),
+    /// Fly a scenario many times, each with a seed of its own: statistics of every metric.
+    #[command(after_help = monte_carlo::EXAMPLES)]
+    MonteCarlo(monte_carlo::Args),
+    /// Put the shards of a Monte Carlo batch together.
+    #[command(after_help = merge::EXAMPLES)]
+    Merge(merge::Args),
+    /// Compare two scenarios, or two values of one, on the same draws: does a change help?
+    #[command(after_help = compare::EXAMPLES)]
+    Compare(compare::Args),
     /// Tell a finished run again, from its record alone: scores, events, figures.
     Show {
         /// The folder of the run.
@@ -55,6 +68,9 @@ Examples:
   standoff                                            four UAVs over two groups: the paper's figure 9
   standoff run paper/table-2-pair --seed 7            the paper's pair
   standoff run --traffic city.fcd.xml.gz --uavs 2     over your own traffic
+  standoff monte-carlo paper/table-2-pair --runs 200  how it goes on average
+  standoff compare paper/table-2-pair --set-b guidance.lead_s=0
+                                                      what a change is good for
   standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
   standoff check mine.toml
   standoff show standoff-out/paper/figure-9-1         tell a finished run again
@@ -65,6 +81,9 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         None => run::run(&run::Args::default()),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::MonteCarlo(args)) => monte_carlo::run(&args),
+        Some(Command::Merge(args)) => merge::run(&args),
+        Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Show { dir, metrics, json }) => tell::show(&dir, metrics.choice, json),
         Some(Command::Scenarios { name }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),

@@ -7,9 +7,10 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use standoff_sim::record::{Closed, Manifest, Occupancy, Writer, occupancy};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Edits, Scenario, Settings};
+use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::world::World;
 
+use crate::changes::Changes;
 use crate::failure::{Failure, note};
 use crate::outcome::Wanted;
 use crate::tell::tell;
@@ -28,18 +29,11 @@ pub(crate) struct Args {
     /// A built-in scenario's name, or a scenario file [default: paper/figure-9; with --traffic, the settings of
     /// traffic/convoy].
     scenario: Option<String>,
-    /// Fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
-    #[arg(long, value_name = "FILE")]
-    traffic: Option<PathBuf>,
-    /// Number of UAVs, started on an orbit about the first targets.
-    #[arg(long, value_name = "N")]
-    uavs: Option<u32>,
+    #[command(flatten)]
+    changes: Changes,
     /// Seed of everything random.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Change a value of the scenario; may be given several times.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
     /// Folder for the results [default: standoff-out/NAME-SEED].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -53,9 +47,6 @@ pub(crate) struct Args {
 /// What is flown if nothing is named.
 const DEFAULT_SCENARIO: &str = "paper/figure-9";
 
-/// How a traffic file is flown if no scenario is named.
-const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
-
 impl Default for Args {
     fn default() -> Self {
         Self::parse_from(["run"])
@@ -63,10 +54,8 @@ impl Default for Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let edits = Edits { set: args.set.clone(), traffic: args.traffic.clone(), uavs: args.uavs };
-    let default = if args.traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
-    let name = args.scenario.as_deref().unwrap_or(default);
-    let scenario = Scenario::load(name, &edits, args.seed).map_err(Failure::input)?;
+    let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
+    let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::input)?;
     for warning in &scenario.warnings {
         note(&format!("warning: {warning}"));
     }

@@ -5,6 +5,7 @@
 //! ```
 
 pub mod draws;
+pub mod monte_carlo;
 pub mod record;
 mod rows;
 pub mod run;

@@ -5,14 +5,14 @@
 //! `targets`, each as `<name>.parquet`. Figures and summaries may lie beside them. The same frames
 //! give the same bytes: nothing in a record tells when, where or by whom it was written.
 
-mod column;
+pub(crate) mod column;
 mod error;
 mod folder;
 mod frame;
 mod manifest;
 mod reader;
 mod rows;
-mod table;
+pub(crate) mod table;
 mod writer;
 
 pub use error::RecordError;

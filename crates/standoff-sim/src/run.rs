@@ -31,9 +31,15 @@ pub struct Mission<'a> {
 
 /// Flies a whole mission and scores it, with no record written.
 pub fn fly(scenario: &Scenario, choice: Choice) -> Result<Metrics, Vec<ParamError>> {
+    fly_while(scenario, choice, || true)
+}
+
+/// Flies a mission for as long as `go_on`, asked before every instant, says yes, and scores what was flown.
+pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) -> Result<Metrics, Vec<ParamError>> {
     let mut mission = Mission::new(scenario)?;
     let mut scorer = Scorer::new(Rules::of(&scenario.settings), choice);
-    while let Some(frame) = mission.frame() {
+    while go_on() {
+        let Some(frame) = mission.frame() else { break };
         scorer.frame(&frame);
     }
     Ok(scorer.metrics())

@@ -154,6 +154,17 @@ impl Template {
         &self.typed.name
     }
 
+    /// The scenario before anything is drawn, as TOML in one spelling: with what the command line changed, and with
+    /// defaults spelt out. Of a traffic file only the name is in it: see [`Self::traffic_crc32`].
+    pub fn text(&self) -> Result<String, ScenarioError> {
+        resolve::text(&self.typed)
+    }
+
+    /// A checksum of what was read from the traffic file, whatever its name and form.
+    pub fn traffic_crc32(&self) -> Option<u32> {
+        self.traffic.as_ref().map(|traffic| traffic.crc32())
+    }
+
     /// The scenario of a seed.
     pub fn draw(&self, seed: u64) -> Result<Scenario, ScenarioError> {
         resolve::resolve(&self.typed, self.traffic.as_ref(), seed)

@@ -93,6 +93,13 @@ impl Traffic {
     pub fn span_s(&self) -> f64 {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
     }
+
+    /// A checksum over every vehicle and sample: files that give the same traffic have the same.
+    pub fn crc32(&self) -> u32 {
+        let mut crc = crc32fast::Hasher::new();
+        self.vehicles.iter().for_each(|vehicle| vehicle.check_in(&mut crc));
+        crc.finalize()
+    }
 }
 
 /// Why a traffic file cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.

@@ -10,17 +10,17 @@ use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 /// The columns of a table, walked from left to right to put or get one row.
-pub(super) type Cells<'a> = IterMut<'a, Column>;
+pub(crate) type Cells<'a> = IterMut<'a, Column>;
 
 /// A field of a row, kept in one or more columns.
-pub(super) trait Field: Sized {
+pub(crate) trait Field: Sized {
     fn declare(name: &str, columns: &mut Vec<Column>);
     fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault>;
     fn get(cells: &mut Cells<'_>) -> Result<Self, Fault>;
 }
 
 /// A value kept in one column; its `Option` is a field too, of a column with nulls.
-pub(super) trait Scalar: Sized {
+pub(crate) trait Scalar: Sized {
     type Cell: Cell;
     fn encode(&self) -> Result<Self::Cell, What>;
     fn decode(cell: Self::Cell) -> Result<Self, What>;
@@ -29,14 +29,14 @@ pub(super) trait Scalar: Sized {
 /// A value that does not go into its column, or did not come out of it.
 #[derive(Debug, thiserror::Error)]
 #[error("column {column} {what}")]
-pub(super) struct Fault {
-    pub(super) column: String,
-    pub(super) what: What,
+pub(crate) struct Fault {
+    pub(crate) column: String,
+    pub(crate) what: What,
 }
 
 /// What is wrong with a value.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum What {
+pub(crate) enum What {
     #[error("is not finite")]
     NotFinite,
     #[error("is too large: {0}")]
@@ -90,7 +90,7 @@ fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
 }
 
 /// A column: its name and its values of the rows in hand.
-pub(super) struct Column {
+pub(crate) struct Column {
     name: String,
     optional: bool,
     /// One per row, 1 where the row has a value; empty if every row has one.
@@ -107,12 +107,12 @@ impl Column {
         Self { name: name.to_owned(), optional, levels: Vec::new(), values: T::empty(), rows_taken: 0, values_taken: 0 }
     }
 
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// The column's entry in a table's schema.
-    pub(super) fn schema(&self) -> ParquetResult<Type> {
+    pub(crate) fn schema(&self) -> ParquetResult<Type> {
         let repetition = if self.optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
         let text = matches!(self.values, Values::Text(_));
         let logical = text.then_some(LogicalType::String);
@@ -124,23 +124,23 @@ impl Column {
 
     /// The column can be read from such a column of a file. Other programs make every column
     /// optional when they copy a table: it is enough that the values are there.
-    pub(super) fn fits(&self, other: &ColumnDescriptor) -> bool {
+    pub(crate) fn fits(&self, other: &ColumnDescriptor) -> bool {
         other.physical_type() == self.values.physical() && other.max_def_level() <= 1 && other.max_rep_level() == 0
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.levels.clear();
         self.values.clear();
         (self.rows_taken, self.values_taken) = (0, 0);
     }
 
-    pub(super) fn write(&self, writer: &mut ColumnWriter<'_>) -> ParquetResult<()> {
+    pub(crate) fn write(&self, writer: &mut ColumnWriter<'_>) -> ParquetResult<()> {
         let levels = self.optional.then_some(self.levels.as_slice());
         self.values.write(writer, levels)
     }
 
     /// Reads the column's values of one row group, in place of those in hand.
-    pub(super) fn read(&mut self, reader: ColumnReader, rows: usize) -> ParquetResult<()> {
+    pub(crate) fn read(&mut self, reader: ColumnReader, rows: usize) -> ParquetResult<()> {
         self.clear();
         let read = self.values.read(reader, rows, &mut self.levels)?;
         if read == rows {
@@ -184,7 +184,7 @@ fn wrong_cell() -> What {
 }
 
 /// A type that a column can hold.
-pub(super) trait Cell: Clone {
+pub(crate) trait Cell: Clone {
     fn empty() -> Values;
     fn of(values: &mut Values) -> Option<&mut Vec<Self>>;
 }
@@ -193,7 +193,7 @@ pub(super) trait Cell: Clone {
 macro_rules! kinds {
     ($($kind:ident, $cell:ty, $parquet:ty;)+) => {
         /// The values of a column, by type.
-        pub(super) enum Values {
+        pub(crate) enum Values {
             $($kind(Vec<$cell>),)+
         }
 

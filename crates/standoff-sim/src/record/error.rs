@@ -112,17 +112,17 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    pub(super) fn write(path: &Path, reason: io::Error) -> Self {
+    pub(crate) fn write(path: &Path, reason: io::Error) -> Self {
         let path = path.to_owned();
         Self::Write { path, reason }
     }
 
-    pub(super) fn read(path: &Path, reason: io::Error) -> Self {
+    pub(crate) fn read(path: &Path, reason: io::Error) -> Self {
         let path = path.to_owned();
         Self::Read { path, reason }
     }
 
-    pub(super) fn damaged(path: &Path, what: impl Into<String>) -> Self {
+    pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
         let (path, what) = (path.to_owned(), what.into());
         Self::Damaged { path, what }
     }

@@ -17,10 +17,10 @@ use super::RecordError;
 use super::column::{Cells, Column, Fault, What};
 
 /// Rows per row group: it bounds the memory of a run of any length.
-pub(super) const GROUP_ROWS: usize = 65_536;
+pub(crate) const GROUP_ROWS: usize = 65_536;
 
 /// A row of a table. One order of columns serves both ways.
-pub(super) trait Row: Sized {
+pub(crate) trait Row: Sized {
     /// Name of the table; the file is `<name>.parquet`.
     const TABLE: &'static str;
     /// The table's columns, empty.
@@ -36,12 +36,12 @@ pub(super) trait Row: Sized {
 }
 
 /// The file of a table in a record's folder.
-pub(super) fn file_of<R: Row>(dir: &Path) -> PathBuf {
+pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
     dir.join(format!("{}.parquet", R::TABLE))
 }
 
 /// Writes a table row by row.
-pub(super) struct TableWriter<R> {
+pub(crate) struct TableWriter<R> {
     path: PathBuf,
     file: SerializedFileWriter<File>,
     columns: Vec<Column>,
@@ -50,15 +50,19 @@ pub(super) struct TableWriter<R> {
 }
 
 impl<R: Row> TableWriter<R> {
-    pub(super) fn create(path: PathBuf) -> Result<Self, RecordError> {
+    pub(crate) fn create(path: PathBuf) -> Result<Self, RecordError> {
+        Self::with_columns(path, R::columns())
+    }
+
+    /// A table whose columns are known only when it is written.
+    pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
-        let columns = R::columns();
         let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
         Ok(Self { path, file, columns, rows: 0, kind: PhantomData })
     }
 
     /// Adds a row. After an error the table is not to be used any more.
-    pub(super) fn push(&mut self, row: &R) -> Result<(), RecordError> {
+    pub(crate) fn push(&mut self, row: &R) -> Result<(), RecordError> {
         row.put(&mut self.columns.iter_mut()).map_err(|fault| refusal(row, fault))?;
         self.rows += 1;
         if self.rows == GROUP_ROWS {
@@ -68,7 +72,7 @@ impl<R: Row> TableWriter<R> {
     }
 
     /// Writes what is left and sees it onto the disk.
-    pub(super) fn finish(mut self) -> Result<(), RecordError> {
+    pub(crate) fn finish(mut self) -> Result<(), RecordError> {
         self.flush()?;
         self.file.finish().map_err(|e| RecordError::parquet_write(&self.path, e))?;
         let synced = self.file.inner().sync_all();
@@ -122,7 +126,7 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
 }
 
 /// Reads a table row by row.
-pub(super) struct TableReader<R> {
+pub(crate) struct TableReader<R> {
     path: PathBuf,
     file: SerializedFileReader<File>,
     columns: Vec<Column>,
@@ -137,22 +141,26 @@ pub(super) struct TableReader<R> {
 }
 
 impl<R: Row> TableReader<R> {
-    pub(super) fn open(path: PathBuf) -> Result<Self, RecordError> {
+    pub(crate) fn open(path: PathBuf) -> Result<Self, RecordError> {
+        Self::with_columns(path, R::columns())
+    }
+
+    /// Reads these columns and passes over all others.
+    pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
         let file = File::open(&path).map_err(|reason| RecordError::read(&path, reason))?;
         let file = guarded(|| SerializedFileReader::new(file)).map_err(|e| RecordError::parquet_read(&path, e))?;
-        let columns = R::columns();
         let schema = file.metadata().file_metadata().schema_descr();
         let places: Result<_, _> = columns.iter().map(|c| place(c, schema)).collect();
         let places = places.map_err(|what| RecordError::damaged(&path, what))?;
         Ok(Self { path, file, columns, places, next_group: 0, left: 0, taken: 0, kind: PhantomData })
     }
 
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// The next row, or `None` after the last.
-    pub(super) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
+    pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
         while self.left == 0 {
             if self.next_group == self.file.num_row_groups() {
                 return Ok(None);

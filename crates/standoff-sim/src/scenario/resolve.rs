@@ -54,7 +54,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         outages: outages.collect(),
         targets,
         warnings: warnings(&settings.team, settings.period),
-        resolved: resolved_text(&typed)?,
+        resolved: text(&typed)?,
         settings,
     })
 }
@@ -306,8 +306,8 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
     warnings
 }
 
-/// The file with every value spelt out. Paths stay behind: a record says what was flown, not where.
-fn resolved_text(typed: &Typed) -> Result<String, ScenarioError> {
+/// The file as it stands now, in one spelling. Paths stay behind: a record says what was flown, not where.
+pub(super) fn text(typed: &Typed) -> Result<String, ScenarioError> {
     let mut file = typed.file.clone();
     if let Some(traffic) = &mut file.traffic {
         let name = Path::new(&traffic.file).file_name();

@@ -40,6 +40,20 @@ impl Vehicle {
         Self { name, samples, gap_us }
     }
 
+    /// Adds the vehicle to a checksum.
+    pub(super) fn check_in(&self, crc: &mut crc32fast::Hasher) {
+        for length in [self.name.len(), self.samples.len()] {
+            crc.update(&(length as u64).to_le_bytes());
+        }
+        crc.update(self.name.as_bytes());
+        crc.update(&self.gap_us.to_le_bytes());
+        for Sample { time_us, x, y, velocity } in &self.samples {
+            crc.update(&time_us.to_le_bytes());
+            [x, y].into_iter().for_each(|value| crc.update(&value.to_le_bytes()));
+            velocity.iter().for_each(|value| crc.update(&value.to_le_bytes()));
+        }
+    }
+
     /// Name, as in the file: it may hold any character.
     pub fn name(&self) -> &str {
         &self.name

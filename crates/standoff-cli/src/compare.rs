@@ -1,0 +1,119 @@
+//! `standoff compare`: does a change help? Two scenarios on the same draws.
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use clap::Parser;
+use standoff_sim::monte_carlo::{Better, Comparison, compare, compare_results};
+use standoff_sim::scenario::{Template, built_in};
+
+use crate::changes::Changes;
+use crate::failure::{Failure, note, print};
+use crate::monte_carlo::{failure, maybe, number};
+use crate::outcome::Wanted;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  standoff compare paper/table-2-pair-basic paper/table-2-pair
+  standoff compare paper/table-2-pair --set-b guidance.lead_s=0
+  standoff compare paper/table-2-pair --set sensor.range_sd_m=20 --set-b guidance.radial_gain=1 --runs 1000 --json
+  standoff compare batch-1 batch-2                    two folders of standoff monte-carlo";
+
+/// What to compare with what.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// A built-in scenario's name, a scenario file, or the folder of a complete Monte Carlo batch.
+    a: String,
+    /// The same, for what is compared with it [default: A, changed by --set-b].
+    b: Option<String>,
+    /// Number of runs of each.
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    runs: u64,
+    /// Seed of the first run; the next has the next.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    changes: Changes,
+    /// Change a value of B alone; may be given several times.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set_b: Vec<String>,
+    #[command(flatten)]
+    wanted: Wanted,
+    /// Number of threads [default: one per core]. The results are the same with any number.
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let comparison = match args.b.as_deref() {
+        Some(b) if is_batch(&args.a) && is_batch(b) => of_batches(args, b)?,
+        None if args.set_b.is_empty() => {
+            let what = "nothing to compare: name a second scenario, or change something with --set-b";
+            return Err(Failure::Input(what.to_owned()));
+        }
+        b => of_scenarios(args, b.unwrap_or(&args.a))?,
+    };
+    print(&if args.json { comparison.json().map_err(Failure::running)? } else { table(&comparison) })
+}
+
+/// A folder, and not by chance the name of a scenario.
+fn is_batch(name: &str) -> bool {
+    built_in(name).is_none() && Path::new(name).is_dir()
+}
+
+fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
+    if !args.changes.is_empty() || !args.set_b.is_empty() {
+        let what = "the runs of a folder are flown already: nothing can be changed about them";
+        return Err(Failure::Input(what.to_owned()));
+    }
+    compare_results(Path::new(&args.a), Path::new(b)).map_err(failure)
+}
+
+fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
+    let load = |name: &str, more: &[String]| {
+        let template = Template::load(name, &args.changes.edits_and(more)).map_err(Failure::input)?;
+        let drawn =
+            template.draw(args.seed).map_err(|problem| Failure::Input(format!("seed {}: {problem}", args.seed)))?;
+        drawn.warnings.iter().for_each(|warning| note(&format!("warning: {name}: {warning}")));
+        Ok(template)
+    };
+    let (first, second) = (load(&args.a, &[])?, load(b, &args.set_b)?);
+    let choice = args.wanted.choice;
+    let mut comparison = compare(&first, &second, args.seed, args.runs, choice, args.threads).map_err(failure)?;
+    for change in &args.set_b {
+        comparison.b += &format!(" {change}");
+    }
+    Ok(comparison)
+}
+
+fn table(comparison: &Comparison) -> String {
+    let Comparison { a, b, seed, runs, metrics } = comparison;
+    let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each, the same draws for both, from seed {seed} on\n\n");
+    text += &format!(
+        "{:33} {:>6} {:>9} {:>9} {:>10}  {:^22} {:>9}\n",
+        "metric", "n", "A", "B", "B - A", "95 % interval", "B smaller"
+    );
+    for (name, p) in metrics {
+        let interval = p.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
+        let share = p.b_smaller.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+        let mark = match (p.differs, p.better) {
+            (false, _) => "",
+            (true, None) => "*",
+            (true, Some(Better::A)) => "* A is better",
+            (true, Some(Better::B)) => "* B is better",
+        };
+        let line = format!(
+            "{name:33} {:>6} {:>9} {:>9} {:>10}  {interval:^22} {share:>9}  {mark}",
+            p.n,
+            maybe(p.mean_a),
+            maybe(p.mean_b),
+            maybe(p.difference)
+        );
+        text += line.trim_end();
+        text += "\n";
+    }
+    text + "\n* the interval of B - A, over pairs of runs, does not hold 0; of twenty metrics that are the same, one is marked by chance\n"
+}

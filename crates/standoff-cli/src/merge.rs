@@ -1,0 +1,35 @@
+//! `standoff merge`: puts the shards of a batch together.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use standoff_sim::monte_carlo::merge;
+
+use crate::failure::Failure;
+use crate::monte_carlo::{failure, tell};
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  standoff monte-carlo paper/figure-9 --runs 1000 --shard 0/2 --out part-0
+  standoff monte-carlo paper/figure-9 --runs 1000 --shard 1/2 --out part-1
+  standoff merge part-0 part-1 --out all
+
+The result is the same, byte for byte, as that of the whole batch flown in one piece.";
+
+/// The parts, and where the whole goes.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// The folders of all shards, in any order.
+    #[arg(required = true, value_name = "DIR")]
+    dirs: Vec<PathBuf>,
+    /// Folder for the whole batch.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    tell(&merge(&args.dirs, &args.out).map_err(failure)?, args.json)
+}

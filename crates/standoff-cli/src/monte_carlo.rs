@@ -1,0 +1,210 @@
+//! `standoff monte-carlo`: flies a scenario many times, and tells the statistics.
+
+use std::io::{self, IsTerminal};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
+use standoff_sim::scenario::Template;
+
+use crate::changes::Changes;
+use crate::failure::{Failure, note, print};
+use crate::outcome::{Wanted, count};
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  standoff monte-carlo paper/table-2-pair --runs 200
+  standoff monte-carlo paper/table-2-pair --runs 200 --metrics table-2 --json | jq .metrics.phase_error_deg.ci95
+  standoff monte-carlo mine.toml --runs 10000 --set guidance.lead_s=1 --out lead-1
+  standoff monte-carlo paper/figure-9 --runs 1000 --shard 0/4 --out part-0      one of four parts, see standoff merge
+
+Stopped by Ctrl-C or anything else, the same command goes on where it was.";
+
+/// What to fly how often, and where the results go.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// A built-in scenario's name, or a scenario file [default: paper/table-2-pair; with --traffic, the settings of
+    /// traffic/convoy].
+    scenario: Option<String>,
+    /// Number of runs.
+    #[arg(long, value_name = "N")]
+    runs: u64,
+    /// Seed of the first run; the next has the next.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    changes: Changes,
+    #[command(flatten)]
+    wanted: Wanted,
+    /// Number of threads [default: one per core]. The results are the same with any number.
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Fly only part I of N, from 0 to N - 1, of the runs; standoff merge puts them together.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Folder for the results [default: standoff-out/NAME-seeds-FIRST-to-LAST].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is flown if nothing is named.
+const DEFAULT_SCENARIO: &str = "paper/table-2-pair";
+
+/// How often progress is told where there is no terminal.
+const TELL_EVERY: Duration = Duration::from_secs(60);
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let choice = args.wanted.choice;
+    let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
+    let template = Template::load(name, &args.changes.edits()).map_err(Failure::input)?;
+    let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(failure)?;
+    let first = batch.seed_of(batch.flown().start);
+    let drawn = template.draw(first).map_err(|problem| Failure::Input(format!("seed {first}: {problem}")))?;
+    for warning in &drawn.warnings {
+        note(&format!("warning: {warning}"));
+    }
+    let out = args.out.clone().unwrap_or_else(|| default_out(&template, &batch));
+    let results = fly(&out, &template, &batch, args.threads)?;
+    tell(&results, args.json)
+}
+
+/// An error with its exit status.
+pub(crate) fn failure(error: MonteCarloError) -> Failure {
+    if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
+}
+
+/// Prints the statistics of a batch: for programs, or for people.
+pub(crate) fn tell(results: &Results, json: bool) -> Result<(), Failure> {
+    let summary = results.summary().map_err(failure)?;
+    print(&if json { summary.json().map_err(Failure::running)? } else { table(&summary, results) })
+}
+
+/// The same batch gets the same folder, so that the same command goes on.
+fn default_out(template: &Template, batch: &Batch) -> PathBuf {
+    let runs = batch.flown();
+    let (first, last) = (batch.seed_of(runs.start), batch.seed_of(runs.end - 1));
+    Path::new("standoff-out").join(format!("{}-seeds-{first}-to-{last}", template.name()))
+}
+
+fn fly(out: &Path, template: &Template, batch: &Batch, threads: Option<NonZeroUsize>) -> Result<Results, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // The second time it ends at once: what is complete is safe in any case.
+        flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop)).map_err(Failure::running)?;
+        flag::register(signal, Arc::clone(&stop)).map_err(Failure::running)?;
+    }
+    let mut teller = Teller::default();
+    let flown = fly_into(out, template, batch, threads, &stop, |progress| teller.tell(progress));
+    teller.bar.finish_and_clear();
+    let Some(Progress { done, of, .. }) = teller.last else {
+        if flown.is_ok() {
+            note(&format!("note: {} was complete already; nothing is flown again", out.display()));
+        }
+        return flown.map_err(failure);
+    };
+    flown.map_err(|error| {
+        let kept = format!("{done} of {} are kept in {}", count_runs(of), out.display());
+        match failure(error) {
+            Failure::Running(message) => {
+                Failure::Running(format!("{message}; {kept}: the same command goes on from there"))
+            }
+            Failure::Input(message) => Failure::Input(format!("{message}\n{kept}")),
+            other => other,
+        }
+    })
+}
+
+/// Tells how far the batch is: a bar on a terminal, else a line now and then.
+struct Teller {
+    bar: ProgressBar,
+    last: Option<Progress>,
+    began: Instant,
+    told: Instant,
+}
+
+impl Default for Teller {
+    fn default() -> Self {
+        let now = Instant::now();
+        Self { bar: ProgressBar::hidden(), last: None, began: now, told: now }
+    }
+}
+
+impl Teller {
+    fn tell(&mut self, progress: Progress) {
+        let Progress { before, done, of } = progress;
+        if self.last.replace(progress).is_none() {
+            self.began = Instant::now();
+            if before > 0 {
+                note(&format!("note: going on after {before} of {}", count_runs(of)));
+            }
+            if io::stderr().is_terminal() {
+                let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left");
+                let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+                self.bar = ProgressBar::new(of).with_style(style).with_position(done);
+                self.bar.reset_eta();
+            }
+        }
+        self.bar.set_position(done);
+        if self.bar.is_hidden() && self.told.elapsed() >= TELL_EVERY {
+            self.told = Instant::now();
+            let per_run_s = self.began.elapsed().as_secs_f64() / (done - before).max(1) as f64;
+            let left_min = per_run_s * (of - done) as f64 / 60.0;
+            note(&format!("note: {done} of {}, about {left_min:.0} min left", count_runs(of)));
+        }
+    }
+}
+
+fn table(summary: &Summary, results: &Results) -> String {
+    let Summary { scenario, runs, shard, metrics, .. } = summary;
+    let batch = results.batch();
+    let flown = batch.flown();
+    let (first, last) = (batch.seed_of(flown.start), batch.seed_of(flown.end - 1));
+    let part = shard.map_or_else(String::new, |shard| format!(", shard {shard} of {}", count_runs(*runs)));
+    let mut text = format!("{scenario}, {}, seeds {first} to {last}{part}\n\n", count_runs(flown.end - flown.start));
+    text += &format!(
+        "{:33} {:>6} {:>9}  {:^21} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+        "metric", "n", "mean", "95 % interval", "sd", "5 %", "median", "95 %", "max"
+    );
+    for (name, s) in metrics {
+        let interval = s.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
+        text += &format!("{name:33} {:>6} {:>9}  {interval:^21}", s.n, maybe(s.mean));
+        for value in [s.sd, s.p5, s.p50, s.p95, s.max] {
+            text += &format!(" {:>9}", maybe(value));
+        }
+        text += "\n";
+    }
+    text + &format!("\nresults in {}\n", results.dir().display())
+}
+
+/// `200 runs`.
+fn count_runs(runs: u64) -> String {
+    count(usize::try_from(runs).unwrap_or(usize::MAX), "run")
+}
+
+/// Four digits that count.
+pub(crate) fn number(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        0.0 => "0".to_owned(),
+        _ if size >= 1000.0 => format!("{value:.0}"),
+        _ if size >= 100.0 => format!("{value:.1}"),
+        _ if size >= 10.0 => format!("{value:.2}"),
+        _ if size >= 1.0 => format!("{value:.3}"),
+        _ if size >= 1e-4 => format!("{value:.4}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+pub(crate) fn maybe(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), number)
+}

@@ -1,0 +1,281 @@
+//! Batches of runs as people meet them: what is printed and kept, and that nothing which ends the process costs a run.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+fn standoff(folder: &Path, args: &[&str]) -> Output {
+    command(folder, args).output().unwrap()
+}
+
+fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    command.current_dir(folder).args(args);
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Succeeds, and gives what was printed.
+fn printed(folder: &Path, args: &[&str]) -> String {
+    let output = standoff(folder, args);
+    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn check_same(a: &Path, b: &Path) {
+    let names = |dir: &Path| {
+        let mut names: Vec<_> = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(a), ["monte-carlo.json", "runs.parquet", "summary.json"]);
+    assert_eq!(names(a), names(b));
+    for name in names(a) {
+        assert!(fs::read(a.join(&name)).unwrap() == fs::read(b.join(&name)).unwrap(), "{name:?} differs");
+    }
+}
+
+#[test]
+fn json_is_the_summary_with_every_statistic() {
+    let folder = tempfile::tempdir().unwrap();
+    let args =
+        ["monte-carlo", "--runs", "4", "--seed", "3", "--metrics", "table-2", "--json", "--set", "duration_s=40"];
+    let json = printed(folder.path(), &args);
+    let out = folder.path().join("standoff-out/paper/table-2-pair-seeds-3-to-6");
+    assert_eq!(json, fs::read_to_string(out.join("summary.json")).unwrap());
+    let summary: Value = serde_json::from_str(&json).unwrap();
+    let keys = |value: &Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    assert_eq!(keys(&summary), ["scenario", "seed", "runs", "metrics"]);
+    assert_eq!(summary["metrics"].as_object().unwrap().len(), 6);
+    let phase = &summary["metrics"]["phase_error_deg"];
+    assert_eq!(keys(phase), ["n", "mean", "ci95", "sd", "p5", "p50", "p95", "max"]);
+    // Run k is what `standoff run` flies with the seed plus k.
+    let alone = |seed: &str| {
+        let args = ["run", "paper/table-2-pair", "--set", "duration_s=40", "--json", "--seed", seed];
+        let run: Value = serde_json::from_str(&printed(folder.path(), &args)).unwrap();
+        run["metrics"]["phase_error_deg"].as_f64().unwrap()
+    };
+    let runs = ["3", "4", "5", "6"].map(alone);
+    // serde_json reads a number back to within its last digit.
+    let check = |got: &Value, expected: f64| assert!((got.as_f64().unwrap() / expected - 1.0).abs() < 1e-14);
+    let mean = runs.iter().sum::<f64>() / 4.0;
+    check(&phase["mean"], mean);
+    check(&phase["max"], runs.into_iter().fold(0.0, f64::max));
+    let [lo, hi] = [0, 1].map(|end| phase["ci95"][end].as_f64().unwrap());
+    assert!(lo < mean && mean < hi);
+
+    let one = printed(folder.path(), &["monte-carlo", "tour/01-one-uav", "--runs", "1", "--json"]);
+    let one: Value = serde_json::from_str(&one).unwrap();
+    assert_eq!(one["metrics"]["phase_error_deg"]["n"], 0);
+    assert!(one["metrics"]["phase_error_deg"]["mean"].is_null() && one["metrics"]["anees"]["ci95"].is_null());
+}
+
+#[test]
+fn a_complete_batch_is_told_again_and_people_get_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["monte-carlo", "tour/02-two-uavs", "--runs", "3", "--out", "o", "--threads", "2"];
+    let table = printed(folder.path(), &args);
+    assert!(table.starts_with("tour/02-two-uavs, 3 runs, seeds 1 to 3\n"), "{table}");
+    assert!(table.contains("95 % interval") && table.contains("\nposition_error_m "), "{table}");
+    assert!(table.ends_with("results in o\n"), "{table}");
+    let again = standoff(folder.path(), &args);
+    assert_eq!((text(&again.stdout), again.status.code()), (table, Some(0)));
+    assert_eq!(text(&again.stderr), "note: o was complete already; nothing is flown again\n");
+}
+
+#[test]
+fn shards_are_merged_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let fly =
+        |more: &[&str]| printed(folder.path(), &[&["monte-carlo", "tour/02-two-uavs", "--runs", "5"], more].concat());
+    fly(&["--out", "whole"]);
+    assert!(
+        fly(&["--shard", "1/2", "--out", "b"])
+            .starts_with("tour/02-two-uavs, 3 runs, seeds 3 to 5, shard 1/2 of 5 runs")
+    );
+    let lone = standoff(folder.path(), &["merge", "b", "--out", "merged"]);
+    assert_eq!(
+        (text(&lone.stderr), lone.status.code()),
+        ("error: cannot merge: missing: shard 0/2\n".to_owned(), Some(2))
+    );
+    fly(&["--shard", "0/2", "--out", "a"]);
+    let json = printed(folder.path(), &["merge", "b", "a", "--out", "merged", "--json"]);
+    assert_eq!(json, fs::read_to_string(folder.path().join("whole/summary.json")).unwrap());
+    check_same(&folder.path().join("whole"), &folder.path().join("merged"));
+}
+
+#[test]
+fn a_comparison_says_what_a_change_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let run =
+        |more: &[&str]| printed(folder.path(), &[&["compare", "paper/table-2-pair", "--runs", "8"], more].concat());
+    let noisy = ["--set", "duration_s=40", "--set-b", "sensor.range_sd_m=30", "--metrics", "position_error_m,anees"];
+    let table = run(&noisy);
+    let line = table.lines().find(|line| line.starts_with("position_error_m")).unwrap();
+    assert!(line.ends_with("0 %  * A is better"), "{table}");
+    assert!(table.contains("B: paper/table-2-pair sensor.range_sd_m=30\n"), "{table}");
+    let json: Value = serde_json::from_str(&run(&[&noisy[..], &["--json"]].concat())).unwrap();
+    let position = &json["metrics"]["position_error_m"];
+    let difference = position["mean_b"].as_f64().unwrap() - position["mean_a"].as_f64().unwrap();
+    assert!((position["difference"].as_f64().unwrap() - difference).abs() < 1e-12);
+    assert_eq!((&position["differs"], &position["better"]), (&true.into(), &"a".into()));
+    assert!(fs::read_dir(folder.path()).unwrap().next().is_none(), "a comparison left something behind");
+
+    for lead in ["0", "3"] {
+        let set = format!("guidance.lead_s={lead}");
+        let args = ["monte-carlo", "--runs", "8", "--set", "duration_s=40", "--set", &set, "--out", lead];
+        printed(folder.path(), &args);
+    }
+    let of_folders = printed(folder.path(), &["compare", "0", "3"]);
+    let flown = run(&["--set", "duration_s=40", "--set", "guidance.lead_s=0", "--set-b", "guidance.lead_s=3"]);
+    let rows = |table: &str| table.lines().skip(2).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(rows(&of_folders), rows(&flown));
+}
+
+#[test]
+fn wrong_input_is_refused_with_one_clear_message() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    fs::write(folder.path().join("mine/thesis.tex"), "x").unwrap();
+    let refused = |args: &[&str], expected: &[&str]| {
+        let output = standoff(folder.path(), args);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+        assert!(output.stdout.is_empty(), "{args:?}");
+        for expected in expected {
+            assert!(message.contains(expected), "{args:?}: {message}");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{args:?} left something behind");
+    };
+    refused(&["monte-carlo"], &["--runs"]);
+    refused(&["monte-carlo", "--runs", "0"], &["the number of runs is 0; must be at least 1"]);
+    refused(&["monte-carlo", "--runs", "-1"], &["--runs"]);
+    refused(&["monte-carlo", "--runs", "2", "--threads", "0"], &["--threads"]);
+    refused(&["monte-carlo", "--runs", "2", "--seed", "18446744073709551615"], &["the last seed must be at most"]);
+    for shard in ["2/2", "0/0", "-1/2", "1"] {
+        refused(&["monte-carlo", "--runs", "9", &format!("--shard={shard}")], &["must be I/N", "I from 0 to N - 1"]);
+    }
+    refused(&["monte-carlo", "--runs", "2", "--shard", "0/3"], &["at least one run for each of N shards"]);
+    refused(&["monte-carlo", "--runs", "2", "--metrics", "speed"], &["--metrics", "\"speed\": no such metric"]);
+    refused(&["monte-carlo", "--runs", "2", "--metrics", ","], &["--metrics", "names no metric"]);
+    refused(&["monte-carlo", "paper/table-9", "--runs", "2"], &["no such scenario"]);
+    refused(&["monte-carlo", "--runs", "2", "--set", "uavs.count=0"], &["seed 1: ", "uavs.count = 0"]);
+    refused(&["monte-carlo", "--runs", "2", "--out", "mine"], &["mine holds something other than a run"]);
+    refused(&["merge", "--out", "o"], &["DIR"]);
+    refused(&["merge", "mine", "--out", "o"], &["mine: holds no results of standoff monte-carlo"]);
+    refused(&["compare", "paper/table-2-pair"], &["nothing to compare", "--set-b"]);
+    refused(&["compare", "mine", "mine"], &["mine: holds no results"]);
+    refused(&["compare", "mine", "mine", "--set-b", "a=1"], &["flown already"]);
+    refused(&["compare", "paper/table-2-pair", "--set-b", "guidance.nonsense=1"], &["guidance.nonsense"]);
+    refused(&["compare", "paper/table-2-pair", "paper/table-2-single", "--runs", "0"], &["number of runs is 0"]);
+}
+
+/// A small random number generator: any will do.
+fn random(state: &mut u64) -> f64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 33) as f64 / (1u64 << 31) as f64
+}
+
+/// Many short runs meet the kill while they fly, few runs while their files are begun and completed.
+#[test]
+fn killed_at_any_instant_a_batch_comes_out_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut state = 1;
+    for (runs, wanted, pieces) in [("200", 25, 10.0), ("2", 25, 1.0)] {
+        let fly = ["monte-carlo", "--runs", runs, "--metrics", "table-2", "--set", "duration_s=40", "--out"];
+        let whole = format!("whole-{runs}");
+        let began = Instant::now();
+        printed(folder.path(), &[&fly[..], &[&whole]].concat());
+        let longest = began.elapsed().div_f64(pieces);
+        let mut kills = 0;
+        for batch in 0.. {
+            let out = format!("killed-{runs}-{batch}");
+            loop {
+                let mut child = command(folder.path(), &[&fly[..], &[&out]].concat())
+                    .stdout(Stdio::null())
+                    .stderr(Stdio::piped())
+                    .spawn()
+                    .unwrap();
+                thread::sleep(longest.mul_f64(random(&mut state)));
+                let ended = child.try_wait().unwrap().is_some();
+                child.kill().unwrap();
+                let output = child.wait_with_output().unwrap();
+                if ended {
+                    assert!(output.status.success(), "{}", text(&output.stderr));
+                    break;
+                }
+                kills += 1;
+            }
+            check_same(&folder.path().join(&whole), &folder.path().join(&out));
+            if kills >= wanted {
+                break;
+            }
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_batch_ends_soon_says_how_to_go_on_and_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = |out| ["monte-carlo", "--runs", "2000", "--metrics", "table-2", "--set", "duration_s=20", "--out", out];
+    for (signal, out) in [("INT", "i"), ("TERM", "t")] {
+        let child = command(folder.path(), &args(out)).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let journal = folder.path().join(out).join("monte-carlo.journal");
+        while fs::metadata(&journal).map_or(0, |file| file.len()) < 4_000 {
+            thread::sleep(Duration::from_millis(1));
+        }
+        let asked = Instant::now();
+        let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
+        assert!(kill.success());
+        let output = child.wait_with_output().unwrap();
+        assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(output.stdout.is_empty());
+        assert!(
+            message.starts_with("error: interrupted; ") && message.contains(" of 2000 runs are kept in "),
+            "{message}"
+        );
+        assert!(message.ends_with("the same command goes on from there\n"), "{message}");
+        let resumed = standoff(folder.path(), &args(out));
+        assert!(resumed.status.success() && text(&resumed.stderr).starts_with("note: going on after "));
+    }
+    check_same(&folder.path().join("i"), &folder.path().join("t"));
+}
+
+/// The file-size limit stands for a full disk: it can be had without being root.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_costs_no_run_that_was_complete() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = |out| ["monte-carlo", "--runs", "60", "--metrics", "table-2", "--set", "duration_s=20", "--out", out];
+    printed(folder.path(), &args("whole"));
+    let limited = |blocks: u32| {
+        // 512 bytes a block; the signal ignored, a write beyond the limit is an error like that of a full disk.
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_standoff")]).args(args("full"));
+        command.current_dir(folder.path()).output().unwrap()
+    };
+    for blocks in [1, 6, 8] {
+        let output = limited(blocks);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {message}");
+        assert!(message.contains("cannot write full/monte-carlo.journal: File too large"), "{message}");
+    }
+    let resumed = standoff(folder.path(), &args("full"));
+    let note = text(&resumed.stderr);
+    let kept: usize = note.strip_prefix("note: going on after ").unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(kept > 10, "{note}");
+    check_same(&folder.path().join("whole"), &folder.path().join("full"));
+}

@@ -1,0 +1,162 @@
+//! Many runs of one scenario: flown on all cores, kept as they end, told as statistics. `docs/monte-carlo.md` describes
+//! what a user sees.
+//!
+//! ```text
+//! batch -> missing runs -> pool (a mission per thread) -> journal -> runs.parquet -> summary.json
+//!            ^                                              |            ^
+//!            +----------------- resume ---------------------+            +-- merge: other folders' runs.parquet
+//! ```
+//!
+//! Run k of a batch has the batch's seed plus k. Statistics come from the rows in the order of their runs, never in that
+//! of their ends: so 1 thread, N threads, an interruption and any number of shards give the same bytes.
+
+mod batch;
+mod compare;
+mod error;
+mod journal;
+mod merge;
+mod pool;
+mod results;
+mod statistics;
+
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use batch::{Batch, Shard};
+pub use compare::{Better, Comparison, Paired, compare, compare_results};
+pub use error::MonteCarloError;
+pub use merge::merge;
+pub use results::{Results, Summary};
+pub use statistics::{Pooled, Statistics, pooled_root_ratio};
+
+use crate::run::fly_while;
+use crate::scenario::Template;
+use crate::score::{Choice, Metrics};
+use journal::Journal;
+use pool::work_through;
+
+/// What a run came to: a value per metric of its batch, `None` where there was nothing to measure.
+type Values = Vec<Option<f64>>;
+
+/// How far a batch is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Runs that were complete before.
+    pub before: u64,
+    /// Runs that are complete now.
+    pub done: u64,
+    /// Runs of the batch, or of its shard.
+    pub of: u64,
+}
+
+/// Flies a run for each of these seeds, on so many threads (`None`: one per core), and keeps the scores in memory: in the
+/// order of the seeds, the same on any number of threads.
+pub fn fly_all(
+    template: &Template,
+    seeds: Range<u64>,
+    choice: Choice,
+    threads: Option<NonZeroUsize>,
+) -> Result<Vec<Metrics>, MonteCarloError> {
+    in_order(seeds, threads, |seed, halt| fly_seed(template, seed, choice, halt))
+}
+
+/// Does `work` for every seed on many threads; gives the results in the order of the seeds.
+fn in_order<T: Send + Clone>(
+    seeds: Range<u64>,
+    threads: Option<NonZeroUsize>,
+    work: impl Fn(u64, &AtomicBool) -> Result<T, MonteCarloError> + Sync,
+) -> Result<Vec<T>, MonteCarloError> {
+    let mut rows = vec![None; usize::try_from(seeds.end.saturating_sub(seeds.start)).unwrap_or(usize::MAX)];
+    let first = seeds.start;
+    let work = |seed, halt: &AtomicBool| Ok((seed, work(seed, halt)?));
+    work_through(seeds.map(Ok), threads, &AtomicBool::new(false), work, |done| {
+        if let Some((seed, row)) = done {
+            rows[(seed - first) as usize] = Some(row);
+        }
+        Ok(())
+    })?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// Flies one seed's run, and scores it.
+fn fly_seed(template: &Template, seed: u64, choice: Choice, halt: &AtomicBool) -> Result<Metrics, MonteCarloError> {
+    let scenario = template.draw(seed).map_err(|problem| MonteCarloError::seed(seed, problem))?;
+    fly_while(&scenario, choice, || !halt.load(Ordering::Relaxed)).map_err(|problems| {
+        let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+        MonteCarloError::seed(seed, problems.join("\n"))
+    })
+}
+
+/// Flies what is missing of a batch and completes its folder. A batch that is complete is not flown again.
+///
+/// Every run is kept in the folder's journal as soon as it ends. So whatever stops the batch (`stop`, a seed that cannot
+/// be flown, a full disk, the end of the process at any instant), calling this again with the same batch goes on from
+/// there, to the same bytes. `stop` ends it within an instant of each run in hand.
+///
+/// `tell` hears how far it is: at the start, after every run, and now and then.
+pub fn fly_into(
+    dir: &Path,
+    template: &Template,
+    batch: &Batch,
+    threads: Option<NonZeroUsize>,
+    stop: &AtomicBool,
+    mut tell: impl FnMut(Progress),
+) -> Result<Results, MonteCarloError> {
+    if let Some(complete) = batch.find_in(dir)? {
+        journal::remove_left_over(dir);
+        return Ok(complete);
+    }
+    let choice = batch.choice()?;
+    let mut journal = Journal::open(dir, batch)?;
+    // Another process may have completed the batch while this one waited for its turn.
+    if let Some(complete) = batch.find_in(dir)? {
+        journal.remove()?;
+        return Ok(complete);
+    }
+    let before = journal.count()?;
+    let mut progress = Progress { before, done: before, of: batch.flown().end - batch.flown().start };
+    tell(progress);
+    check_build(template, batch, &journal, stop)?;
+    let work = |run, halt: &AtomicBool| Ok((run, fly_seed(template, batch.seed_of(run), choice, halt)?));
+    let flown = work_through(journal.missing()?, threads, stop, work, |done| {
+        if let Some((run, metrics)) = done {
+            journal.put(batch.seed_of(run), run, &batch.values(&metrics))?;
+            progress.done += 1;
+        }
+        tell(progress);
+        journal.sync_now_and_then()
+    });
+    // A disk that has failed is not asked again; after anything else, what is complete is seen onto the disk.
+    if !matches!(flown, Err(MonteCarloError::File(_))) {
+        journal.sync()?;
+    }
+    flown?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(MonteCarloError::Interrupted);
+    }
+    let results = results::write(dir, batch, journal.complete_rows()?)?;
+    journal.remove()?;
+    Ok(results)
+}
+
+/// Refuses to go on with runs that this program flies otherwise: the first one there is flown again.
+fn check_build(
+    template: &Template,
+    batch: &Batch,
+    journal: &Journal,
+    stop: &AtomicBool,
+) -> Result<(), MonteCarloError> {
+    let Some((run, kept)) = journal.first_complete()? else { return Ok(()) };
+    let seed = batch.seed_of(run);
+    let again = batch.values(&fly_seed(template, seed, batch.choice()?, stop)?);
+    let bits = |values: &[Option<f64>]| values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>();
+    if stop.load(Ordering::Relaxed) {
+        return Err(MonteCarloError::Interrupted);
+    }
+    if bits(&again) == bits(&kept) {
+        return Ok(());
+    }
+    Err(MonteCarloError::OtherBuild { dir: journal.dir().to_owned(), seed })
+}

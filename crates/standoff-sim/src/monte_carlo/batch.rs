@@ -1,0 +1,251 @@
+//! What a batch is: everything that determines its rows, and where they lie.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::Path;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::results::{self, Results};
+use super::{MonteCarloError, Values, journal};
+use crate::scenario::Template;
+use crate::score::{Choice, Metrics};
+
+/// The format of the journals and results that this version writes and reads.
+pub(super) const FORMAT: u64 = 1;
+
+/// Everything that determines the rows of a batch: two that are equal give the same bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Batch {
+    /// Format of journal and results.
+    pub(super) format: u64,
+    /// Version of standoff that flies it.
+    pub(super) version: String,
+    /// Name of the scenario.
+    pub(super) scenario: String,
+    /// Seed of run 0.
+    pub(super) seed: u64,
+    /// Runs of the whole batch.
+    pub(super) runs: u64,
+    /// The part that is flown here, if not all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) shard: Option<Shard>,
+    /// Names of the metrics, in their own order.
+    pub(super) metrics: Vec<String>,
+    /// Checksum of the traffic flown over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) traffic_crc32: Option<u32>,
+    /// The scenario with all that the command line changed, as TOML.
+    pub(super) scenario_toml: String,
+}
+
+/// One of equal parts of a batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Shard {
+    /// Which part, from 0.
+    pub index: u64,
+    /// Of how many.
+    pub of: u64,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    /// `I/N`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+        match parts {
+            Some((index, of)) if index < of => Ok(Self { index, of }),
+            _ => Err("must be I/N with whole numbers, I from 0 to N - 1, like 0/4".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+impl Shard {
+    /// The runs of this part: parts differ by at most one run, and follow one another.
+    fn of_runs(self, runs: u64) -> Range<u64> {
+        let bound = |index: u64| (u128::from(index) * u128::from(runs) / u128::from(self.of)) as u64;
+        bound(self.index)..bound(self.index + 1)
+    }
+}
+
+impl Batch {
+    /// `runs` runs of a scenario, the first with `seed`, scored by `choice`; or one part of them.
+    ///
+    /// There must be at least one run, and one for every shard; the last seed is at most 2^63 - 1.
+    pub fn new(
+        template: &Template,
+        seed: u64,
+        runs: u64,
+        shard: Option<Shard>,
+        choice: Choice,
+    ) -> Result<Self, MonteCarloError> {
+        if runs == 0 {
+            return Err(MonteCarloError::NoRuns);
+        }
+        if seed.checked_add(runs).is_none_or(|end| end - 1 > i64::MAX as u64) {
+            return Err(MonteCarloError::SeedTooLarge { seed, runs });
+        }
+        if let Some(shard) = shard.filter(|shard| shard.index >= shard.of || shard.of > runs) {
+            return Err(MonteCarloError::NoSuchShard { shard, runs });
+        }
+        Ok(Self {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: template.name().to_owned(),
+            seed,
+            runs,
+            shard,
+            metrics: choice.names().map(str::to_owned).collect(),
+            traffic_crc32: template.traffic_crc32(),
+            scenario_toml: template.text()?,
+        })
+    }
+
+    /// The runs that are flown here.
+    pub fn flown(&self) -> Range<u64> {
+        self.shard.map_or(0..self.runs, |shard| shard.of_runs(self.runs))
+    }
+
+    /// The seed of a run.
+    pub fn seed_of(&self, run: u64) -> u64 {
+        self.seed + run
+    }
+
+    /// The metrics as a choice.
+    pub(super) fn choice(&self) -> Result<Choice, MonteCarloError> {
+        Choice::parse(&self.metrics.join(",")).map_err(MonteCarloError::Metrics)
+    }
+
+    /// The values of this batch's metrics.
+    pub(super) fn values(&self, metrics: &Metrics) -> Values {
+        let all = Metrics::NAMES.iter().zip(metrics.values());
+        all.filter(|(name, _)| self.metrics.iter().any(|chosen| chosen == *name)).map(|(_, value)| value).collect()
+    }
+
+    /// The whole batch of which this is a part.
+    pub(super) fn whole(&self) -> Self {
+        Self { shard: None, ..self.clone() }
+    }
+
+    /// In what another batch differs from this one, in words: `is theirs, not ours`.
+    pub(super) fn difference(&self, other: &Self) -> Option<String> {
+        let differ = |what: &str, ours: &dyn fmt::Display, theirs: &dyn fmt::Display| {
+            let (ours, theirs) = (ours.to_string(), theirs.to_string());
+            (ours != theirs).then(|| format!("{what} is {theirs}, not {ours}"))
+        };
+        let shard = |batch: &Self| batch.shard.map_or_else(|| "none".to_owned(), |shard| shard.to_string());
+        let traffic = |batch: &Self| batch.traffic_crc32.map_or_else(|| "none".to_owned(), |crc| format!("{crc:08x}"));
+        differ("its format", &self.format, &other.format)
+            .or_else(|| differ("the version of standoff", &self.version, &other.version))
+            .or_else(|| differ("the scenario", &self.scenario, &other.scenario))
+            .or_else(|| different_line(&self.scenario_toml, &other.scenario_toml))
+            .or_else(|| differ("the checksum of its traffic", &traffic(self), &traffic(other)))
+            .or_else(|| differ("the first seed", &self.seed, &other.seed))
+            .or_else(|| differ("the number of runs", &self.runs, &other.runs))
+            .or_else(|| differ("the shard", &shard(self), &shard(other)))
+            .or_else(|| different_metrics(&self.metrics, &other.metrics))
+    }
+
+    /// Refuses what lies in `dir` if it is another batch.
+    pub(super) fn must_be(&self, there: &Self, dir: &Path) -> Result<(), MonteCarloError> {
+        match self.difference(there) {
+            None => Ok(()),
+            Some(difference) => Err(MonteCarloError::OtherBatch { dir: dir.to_owned(), difference }),
+        }
+    }
+
+    /// This batch's results, if they are complete in `dir`. Refuses a folder that holds another batch or other things.
+    pub(super) fn find_in(&self, dir: &Path) -> Result<Option<Results>, MonteCarloError> {
+        if results::are_in(dir) {
+            let results = Results::open(dir)?;
+            self.must_be(results.batch(), dir)?;
+            return Ok(Some(results));
+        }
+        if !journal::is_in(dir) {
+            results::must_be_free(dir)?;
+        }
+        Ok(None)
+    }
+}
+
+/// The metrics that one has and the other has not.
+fn different_metrics(ours: &[String], theirs: &[String]) -> Option<String> {
+    let only = |of: &[String], other: &[String]| {
+        of.iter().filter(|name| !other.contains(name)).cloned().collect::<Vec<_>>().join(", ")
+    };
+    match (only(ours, theirs), only(theirs, ours)) {
+        (lacks, _) if !lacks.is_empty() => Some(format!("it lacks the metrics {lacks}")),
+        (_, more) if !more.is_empty() => Some(format!("it has more metrics, {more}")),
+        _ => None,
+    }
+}
+
+/// The first line of two scenarios that differs, with its table.
+fn different_line(ours: &str, theirs: &str) -> Option<String> {
+    let lines = |text: &str| {
+        let mut table = String::new();
+        let mut lines = Vec::new();
+        for line in text.lines().filter(|line| !line.is_empty()) {
+            if line.starts_with('[') {
+                table = format!("{line} ");
+            }
+            lines.push(if line.starts_with('[') { line.to_owned() } else { format!("{table}{line}") });
+        }
+        lines
+    };
+    let (ours, theirs) = (lines(ours), lines(theirs));
+    let missing = |from: &[String], other: &[String]| from.iter().find(|line| !other.contains(line)).cloned();
+    let nothing = || "nothing of the kind".to_owned();
+    match (missing(&ours, &theirs), missing(&theirs, &ours)) {
+        (None, None) if ours == theirs => None,
+        (None, None) => Some("its scenario has the same lines in another order".to_owned()),
+        (ours, theirs) => {
+            Some(format!("its scenario says {}, not {}", theirs.unwrap_or_else(nothing), ours.unwrap_or_else(nothing)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_share_all_runs_evenly_and_in_order() {
+        for (runs, of) in [(1, 1), (7, 3), (200, 8), (10, 10), (u64::MAX, 3)] {
+            let mut next = 0;
+            for index in 0..of {
+                let part = Shard { index, of }.of_runs(runs);
+                assert_eq!(part.start, next);
+                assert!([runs / of, runs / of + 1].contains(&(part.end - part.start)), "{part:?}");
+                next = part.end;
+            }
+            assert_eq!(next, runs);
+        }
+    }
+
+    #[test]
+    fn a_shard_is_read_as_it_is_written() {
+        assert_eq!("2/5".parse(), Ok(Shard { index: 2, of: 5 }));
+        for wrong in ["5/5", "0/0", "-1/5", "1", "a/b", "1/2/3", ""] {
+            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn two_scenarios_differ_by_the_line_that_differs() {
+        let ours = "[a]\nx = 1\ny = 2\n\n[b]\nx = 1\n";
+        assert_eq!(different_line(ours, ours), None);
+        let theirs = ours.replace("[b]\nx = 1", "[b]\nx = 3");
+        assert_eq!(different_line(ours, &theirs).unwrap(), "its scenario says [b] x = 3, not [b] x = 1");
+        let without = ours.replace("y = 2\n", "");
+        assert_eq!(different_line(ours, &without).unwrap(), "its scenario says nothing of the kind, not [a] y = 2");
+    }
+}

@@ -1,0 +1,313 @@
+//! The journal of a batch: every complete run, kept so that no end of the process loses it or makes it wrong.
+//!
+//! ```text
+//! "standoff journal" | length of the batch | its CRC-32 | CRC-32 of all that | the batch, JSON | slot 0 | slot 1 | ...
+//!     16 bytes                4                 4               4
+//! slot: run, 8 bytes | a double per metric, NaN where there was nothing to measure | CRC-32, 4 bytes
+//! ```
+//!
+//! Numbers are little-endian. Every run has its own place, in the order of runs, and a checksum that starts from the
+//! batch's: a slot that was never written, was torn, was changed or belongs to another batch is not a run, and is flown
+//! again. So the order in which runs end does not matter, and reading them back takes no memory.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::batch::FORMAT;
+use super::{Batch, MonteCarloError, Values, results};
+use crate::record::RecordError;
+
+/// Name of the file.
+const JOURNAL: &str = "monte-carlo.journal";
+
+const MAGIC: &[u8; 16] = b"standoff journal";
+
+/// Magic, length of the batch, its checksum and their checksum.
+const PREAMBLE: usize = 16 + 4 + 4 + 4;
+
+/// What is written is seen onto the disk this often: what a power cut may cost.
+const SYNC_EVERY: Duration = Duration::from_secs(1);
+
+/// There is a journal in `dir`.
+pub(super) fn is_in(dir: &Path) -> bool {
+    dir.join(JOURNAL).is_file()
+}
+
+/// Removes the journal that a complete batch has left, if it has.
+pub(super) fn remove_left_over(dir: &Path) {
+    // It is in nobody's way.
+    let _ = fs::remove_file(dir.join(JOURNAL));
+}
+
+/// An open journal, which no other process may write.
+#[derive(Debug)]
+pub(super) struct Journal {
+    dir: PathBuf,
+    file: File,
+    slots: Slots,
+    metrics: Vec<String>,
+    unsynced: bool,
+    synced: Instant,
+}
+
+/// Where the runs are in the file.
+#[derive(Debug, Clone)]
+struct Slots {
+    /// Offset of the first.
+    start: u64,
+    runs: Range<u64>,
+    metrics: usize,
+    /// What every slot's checksum starts from.
+    seal: u32,
+}
+
+impl Journal {
+    /// Opens the journal of `batch` in `dir`, or begins one: the folder is made if it is not there.
+    ///
+    /// Refuses the journal of another batch, one that another process writes, and one whose beginning is damaged. One
+    /// that breaks off before its first slot holds nothing yet and is begun again.
+    pub(super) fn open(dir: &Path, batch: &Batch) -> Result<Self, MonteCarloError> {
+        let path = dir.join(JOURNAL);
+        let refused = |reason| RecordError::write(&path, reason);
+        fs::create_dir_all(dir).map_err(|reason| RecordError::write(dir, reason))?;
+        let mut file =
+            File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(refused)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(RecordError::InUse { dir: dir.to_owned() }.into()),
+            // Where files cannot be locked, batches are trusted to have folders of their own.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        let (head, seal) = head(batch)?;
+        let runs = batch.flown();
+        let slots = Slots { start: head.len() as u64, runs, metrics: batch.metrics.len(), seal };
+        match read_head(&mut file, &path)? {
+            Some(there) => batch.must_be(&there, dir)?,
+            None => {
+                file.set_len(0).and_then(|()| file.rewind()).map_err(refused)?;
+                file.write_all(&head).and_then(|()| file.sync_all()).map_err(refused)?;
+                results::sync_folder(dir)?;
+            }
+        }
+        let metrics = batch.metrics.clone();
+        Ok(Self { dir: dir.to_owned(), file, slots, metrics, unsynced: false, synced: Instant::now() })
+    }
+
+    /// Where it lies.
+    pub(super) fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Keeps a run: `values` has one value per metric.
+    pub(super) fn put(&mut self, seed: u64, run: u64, values: &[Option<f64>]) -> Result<(), MonteCarloError> {
+        for (value, metric) in values.iter().zip(&self.metrics) {
+            if value.is_some_and(|value| !value.is_finite()) {
+                return Err(MonteCarloError::NotFinite { seed, metric: metric.clone() });
+            }
+        }
+        let slot = self.slots.encode(run, values);
+        let at = SeekFrom::Start(self.slots.offset(run));
+        self.unsynced = true;
+        let written = self.file.seek(at).and_then(|_| self.file.write_all(&slot));
+        written.map_err(|reason| self.refused(reason))
+    }
+
+    /// Sees what was kept onto the disk, if the last time is a while ago.
+    pub(super) fn sync_now_and_then(&mut self) -> Result<(), MonteCarloError> {
+        if self.synced.elapsed() < SYNC_EVERY { Ok(()) } else { self.sync() }
+    }
+
+    /// Sees what was kept onto the disk.
+    pub(super) fn sync(&mut self) -> Result<(), MonteCarloError> {
+        if self.unsynced {
+            // A second try might pass without the data being there: whoever fails here once gives up.
+            self.file.sync_data().map_err(|reason| self.refused(reason))?;
+            self.unsynced = false;
+        }
+        self.synced = Instant::now();
+        Ok(())
+    }
+
+    /// Every run in order: its values, or `None` if it is not complete.
+    pub(super) fn rows(&self) -> Result<Rows, MonteCarloError> {
+        let path = self.dir.join(JOURNAL);
+        let unreadable = |reason| RecordError::read(&path, reason);
+        let mut file = File::open(&path).map_err(unreadable)?;
+        file.seek(SeekFrom::Start(self.slots.start)).map_err(unreadable)?;
+        let file = BufReader::new(file);
+        Ok(Rows { path, file, next: self.slots.runs.start, slots: self.slots.clone(), ended: false })
+    }
+
+    /// The runs that are not complete yet. Those that are being flown meanwhile do not come twice.
+    pub(super) fn missing(
+        &self,
+    ) -> Result<impl Iterator<Item = Result<u64, MonteCarloError>> + Send + use<>, MonteCarloError> {
+        Ok(self.rows()?.filter_map(|row| match row {
+            Ok((_, Some(_))) => None,
+            Ok((run, None)) => Some(Ok(run)),
+            Err(error) => Some(Err(error)),
+        }))
+    }
+
+    /// Every run's values, in order; all must be complete.
+    pub(super) fn complete_rows(
+        &self,
+    ) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + use<>, MonteCarloError> {
+        let path = self.dir.join(JOURNAL);
+        Ok(self.rows()?.map(move |row| match row? {
+            (_, Some(values)) => Ok(values),
+            (run, None) => Err(RecordError::read(&path, io::Error::other(format!("run {run} was not kept"))).into()),
+        }))
+    }
+
+    /// The first complete run.
+    pub(super) fn first_complete(&self) -> Result<Option<(u64, Values)>, MonteCarloError> {
+        let mut complete = self.rows()?.filter_map(|row| row.map(|(run, values)| Some((run, values?))).transpose());
+        complete.next().transpose()
+    }
+
+    /// Number of complete runs.
+    pub(super) fn count(&self) -> Result<u64, MonteCarloError> {
+        self.rows()?.try_fold(0, |n, row| Ok(n + u64::from(row?.1.is_some())))
+    }
+
+    /// Ends the journal: its runs are kept elsewhere.
+    pub(super) fn remove(self) -> Result<(), MonteCarloError> {
+        let path = self.dir.join(JOURNAL);
+        Ok(fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))?)
+    }
+
+    fn refused(&self, reason: io::Error) -> MonteCarloError {
+        RecordError::write(&self.dir.join(JOURNAL), reason).into()
+    }
+}
+
+impl Slots {
+    /// Bytes of a slot.
+    fn size(&self) -> usize {
+        8 + 8 * self.metrics + 4
+    }
+
+    fn offset(&self, run: u64) -> u64 {
+        self.start + (run - self.runs.start) * self.size() as u64
+    }
+
+    fn encode(&self, run: u64, values: &[Option<f64>]) -> Vec<u8> {
+        let mut slot = run.to_le_bytes().to_vec();
+        slot.extend(values.iter().flat_map(|value| value.unwrap_or(f64::NAN).to_le_bytes()));
+        slot.extend(self.checksum(&slot).to_le_bytes());
+        slot
+    }
+
+    /// The values in the slot of `run`, if they are that.
+    fn decode(&self, run: u64, slot: &[u8]) -> Option<Values> {
+        let (row, checksum) = slot.split_last_chunk()?;
+        let (number, values) = row.split_first_chunk()?;
+        let whole = self.checksum(row) == u32::from_le_bytes(*checksum) && u64::from_le_bytes(*number) == run;
+        let value = |bytes: &[u8; 8]| Some(f64::from_le_bytes(*bytes)).filter(|value| !value.is_nan());
+        whole.then(|| values.as_chunks().0.iter().map(value).collect())
+    }
+
+    fn checksum(&self, row: &[u8]) -> u32 {
+        let mut crc = crc32fast::Hasher::new_with_initial(self.seal);
+        crc.update(row);
+        crc.finalize()
+    }
+}
+
+/// Reads the runs of a journal, one after the other; ends after an error.
+pub(super) struct Rows {
+    path: PathBuf,
+    file: BufReader<File>,
+    slots: Slots,
+    next: u64,
+    /// The file has no more bytes, or cannot be read.
+    ended: bool,
+}
+
+impl Iterator for Rows {
+    type Item = Result<(u64, Option<Values>), MonteCarloError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if !self.slots.runs.contains(&self.next) {
+            return None;
+        }
+        let run = self.next;
+        self.next += 1;
+        let mut slot = vec![0; self.slots.size()];
+        if !self.ended {
+            match self.file.read_exact(&mut slot) {
+                Ok(()) => {}
+                Err(reason) if reason.kind() == io::ErrorKind::UnexpectedEof => self.ended = true,
+                Err(reason) => {
+                    self.next = self.slots.runs.end;
+                    return Some(Err(RecordError::read(&self.path, reason).into()));
+                }
+            }
+        }
+        let values = if self.ended { None } else { self.slots.decode(run, &slot) };
+        Some(Ok((run, values)))
+    }
+}
+
+/// The beginning of the journal of a batch, and the checksum from which its slots start.
+fn head(batch: &Batch) -> Result<(Vec<u8>, u32), MonteCarloError> {
+    let json = serde_json::to_vec(batch).map_err(|error| RecordError::write(Path::new(JOURNAL), error.into()))?;
+    let length =
+        u32::try_from(json.len()).map_err(|_| RecordError::damaged(Path::new(JOURNAL), "scenario too long"))?;
+    let seal = crc32fast::hash(&json);
+    let mut head = MAGIC.to_vec();
+    head.extend(length.to_le_bytes());
+    head.extend(seal.to_le_bytes());
+    head.extend(crc32fast::hash(&head).to_le_bytes());
+    head.extend(json);
+    Ok((head, seal))
+}
+
+/// The batch of a journal; `None` if the file breaks off before its first slot.
+fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloError> {
+    let unreadable = |reason| RecordError::read(path, reason);
+    let damaged = |what: &str| MonteCarloError::DamagedJournal { path: path.to_owned(), what: what.to_owned() };
+    let size = file.metadata().map_err(unreadable)?.len();
+    let mut preamble = [0; PREAMBLE];
+    if size < PREAMBLE as u64 {
+        return Ok(None);
+    }
+    file.read_exact(&mut preamble).map_err(unreadable)?;
+    let word = |at: usize| preamble[at..].first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+    if !preamble.starts_with(MAGIC) || word(24) != crc32fast::hash(&preamble[..24]) {
+        return Err(damaged("it does not begin as a journal"));
+    }
+    let length = word(16);
+    if size < PREAMBLE as u64 + u64::from(length) {
+        return Ok(None);
+    }
+    let mut json = vec![0; length as usize];
+    file.read_exact(&mut json).map_err(unreadable)?;
+    if crc32fast::hash(&json) != word(20) {
+        return Err(damaged("what was flown cannot be read"));
+    }
+    check_format(&json, path)?.map_err(|error| damaged(&error.to_string()))?;
+    serde_json::from_slice(&json).map(Some).map_err(|error| damaged(&error.to_string()))
+}
+
+/// Refuses another format than ours before anything else of it is read.
+pub(super) fn check_format(json: &[u8], path: &Path) -> Result<serde_json::Result<()>, MonteCarloError> {
+    match serde_json::from_slice(json) {
+        Ok(Heading { format: FORMAT, .. }) => Ok(Ok(())),
+        Ok(Heading { format, version }) => Err(MonteCarloError::OtherFormat { path: path.to_owned(), format, version }),
+        Err(error) => Ok(Err(error)),
+    }
+}
+
+/// What every format of a batch begins with.
+#[derive(serde::Deserialize)]
+struct Heading {
+    format: u64,
+    version: String,
+}
+
+#[cfg(test)]
+mod tests;

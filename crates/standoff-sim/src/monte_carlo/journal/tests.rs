@@ -1,0 +1,177 @@
+//! Whatever happens to a journal's bytes, a run in it is right or is not there.
+
+use super::super::Shard;
+use super::*;
+
+fn batch() -> Batch {
+    Batch {
+        format: FORMAT,
+        version: "0".to_owned(),
+        scenario: "s".to_owned(),
+        seed: 7,
+        runs: 12,
+        shard: Some(Shard { index: 1, of: 2 }),
+        metrics: vec!["a".to_owned(), "b".to_owned()],
+        traffic_crc32: None,
+        scenario_toml: String::new(),
+    }
+}
+
+/// What run `run` came to.
+fn values(run: u64) -> Vec<Option<f64>> {
+    vec![Some(run as f64 / 3.0), run.is_multiple_of(2).then_some(-0.0)]
+}
+
+fn put(journal: &mut Journal, run: u64) -> Result<(), MonteCarloError> {
+    journal.put(0, run, &values(run))
+}
+
+fn rows(journal: &Journal) -> Vec<(u64, Option<Vec<Option<f64>>>)> {
+    journal.rows().unwrap().map(Result::unwrap).collect()
+}
+
+/// A folder with this journal.
+fn folder(bytes: &[u8]) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join(JOURNAL), bytes).unwrap();
+    dir
+}
+
+fn bytes(dir: &tempfile::TempDir) -> Vec<u8> {
+    fs::read(dir.path().join(JOURNAL)).unwrap()
+}
+
+/// The journal after these runs, and where its slots begin.
+fn journal_of(runs: &[u64]) -> (Vec<u8>, usize) {
+    let dir = tempfile::tempdir().unwrap();
+    let mut journal = Journal::open(dir.path(), &batch()).unwrap();
+    runs.iter().for_each(|run| put(&mut journal, *run).unwrap());
+    (bytes(&dir), journal.slots.start as usize)
+}
+
+/// Flies what is missing, so to speak.
+fn complete(journal: &mut Journal) {
+    let missing: Vec<u64> = journal.missing().unwrap().map(Result::unwrap).collect();
+    missing.into_iter().for_each(|run| put(journal, run).unwrap());
+    let complete: Vec<_> = journal.complete_rows().unwrap().map(Result::unwrap).collect();
+    assert_eq!(complete, (6..12).map(values).collect::<Vec<_>>());
+}
+
+#[test]
+fn runs_are_kept_in_their_places_in_whatever_order_they_end() {
+    let (in_order, _) = journal_of(&[6, 7, 8, 9, 10, 11]);
+    let (as_it_comes, _) = journal_of(&[9, 6, 11, 10, 8, 7]);
+    assert_eq!(in_order, as_it_comes);
+    let (some, _) = journal_of(&[9, 6]);
+    let dir = folder(&some);
+    let journal = Journal::open(dir.path(), &batch()).unwrap();
+    let kept = |run| (run, [6, 9].contains(&run).then(|| values(run)));
+    assert_eq!(rows(&journal), (6..12).map(kept).collect::<Vec<_>>());
+    assert_eq!((journal.count().unwrap(), journal.first_complete().unwrap()), (2, Some((6, values(6)))));
+}
+
+#[test]
+fn a_journal_cut_off_anywhere_keeps_the_runs_before_the_cut() {
+    let (whole, start) = journal_of(&[6, 7, 8, 9, 10, 11]);
+    let slot = 8 + 2 * 8 + 4;
+    assert_eq!(whole.len(), start + 6 * slot);
+    for length in 0..=whole.len() {
+        let dir = folder(&whole[..length]);
+        let mut journal = Journal::open(dir.path(), &batch()).unwrap();
+        let kept = (length.saturating_sub(start) / slot) as u64;
+        assert_eq!(journal.count().unwrap(), kept, "{length} bytes");
+        let expected = |run| (run, (run < 6 + kept).then(|| values(run)));
+        assert_eq!(rows(&journal), (6..12).map(expected).collect::<Vec<_>>(), "{length} bytes");
+        complete(&mut journal);
+        assert_eq!(bytes(&dir), whole, "{length} bytes");
+    }
+}
+
+#[test]
+fn a_changed_byte_is_refused_or_costs_one_run() {
+    let (whole, start) = journal_of(&[6, 7, 8, 9, 10, 11]);
+    for at in 0..whole.len() {
+        for change in [0x01, 0x80, 0xff] {
+            let mut changed = whole.clone();
+            changed[at] ^= change;
+            let dir = folder(&changed);
+            let opened = Journal::open(dir.path(), &batch());
+            if at < start {
+                let error = opened.unwrap_err().to_string();
+                assert!(error.contains("monte-carlo.journal is damaged"), "byte {at}: {error}");
+                assert_eq!(bytes(&dir), changed, "byte {at}: a refused journal was changed");
+                continue;
+            }
+            let mut journal = opened.unwrap();
+            let lost = 6 + ((at - start) / 28) as u64;
+            let expected = |run| (run, (run != lost).then(|| values(run)));
+            assert_eq!(rows(&journal), (6..12).map(expected).collect::<Vec<_>>(), "byte {at}");
+            complete(&mut journal);
+            assert_eq!(bytes(&dir), whole, "byte {at}");
+        }
+    }
+}
+
+/// Slots of another batch, or in another place, have good checksums of their own.
+#[test]
+fn a_slot_counts_only_in_its_batch_and_place() {
+    let (whole, start) = journal_of(&[6, 7, 8, 9, 10, 11]);
+    let mut moved = whole.clone();
+    moved.copy_within(start..start + 28, start + 28);
+    let dir = folder(&moved);
+    let journal = Journal::open(dir.path(), &batch()).unwrap();
+    assert_eq!(rows(&journal)[1], (7, None));
+
+    let other = Batch { seed: 8, ..batch() };
+    let dir = tempfile::tempdir().unwrap();
+    Journal::open(dir.path(), &other).unwrap();
+    let mut foreign = bytes(&dir);
+    assert_eq!(foreign.len(), start);
+    foreign.extend_from_slice(&whole[start..]);
+    let dir = folder(&foreign);
+    assert_eq!(Journal::open(dir.path(), &other).unwrap().count().unwrap(), 0);
+    let refusal = Journal::open(dir.path(), &batch()).unwrap_err().to_string();
+    assert!(refusal.contains("the first seed is 8, not 7"), "{refusal}");
+}
+
+#[test]
+fn two_processes_do_not_write_one_journal() {
+    let dir = tempfile::tempdir().unwrap();
+    let first = Journal::open(dir.path(), &batch()).unwrap();
+    let refusal = Journal::open(dir.path(), &batch()).unwrap_err();
+    assert!(refusal.to_string().contains("another run is writing"), "{refusal}");
+    assert!(!refusal.is_wrong_input());
+    drop(first);
+    Journal::open(dir.path(), &batch()).unwrap();
+}
+
+#[test]
+fn a_journal_of_a_later_format_is_left_to_its_version() {
+    let dir = tempfile::tempdir().unwrap();
+    let later = Batch { format: FORMAT + 1, version: "9.9".to_owned(), ..batch() };
+    Journal::open(dir.path(), &later).unwrap();
+    let refusal = Journal::open(dir.path(), &batch()).unwrap_err().to_string();
+    assert!(refusal.contains("has format 2 of standoff 9.9, this one knows 1; use that version"), "{refusal}");
+}
+
+#[test]
+fn a_value_that_is_no_number_is_a_fault_and_is_not_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut journal = Journal::open(dir.path(), &batch()).unwrap();
+    for wrong in [f64::NAN, f64::INFINITY] {
+        let error = journal.put(13, 6, &[Some(1.0), Some(wrong)]).unwrap_err();
+        assert!(error.to_string().starts_with("seed 13: b is not finite"), "{error}");
+    }
+    assert_eq!(journal.count().unwrap(), 0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_an_error_with_the_systems_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut journal = Journal::open(dir.path(), &batch()).unwrap();
+    journal.file = File::options().write(true).open("/dev/full").unwrap();
+    let error = put(&mut journal, 6).unwrap_err();
+    assert!(error.to_string().contains("No space left on device"), "{error}");
+    assert!(!error.is_wrong_input());
+}

@@ -1,0 +1,59 @@
+//! The shards of a batch, put together: the same bytes as if it had been flown in one piece.
+
+use std::path::{Path, PathBuf};
+
+use super::journal::Journal;
+use super::{MonteCarloError, Results, Shard, results};
+
+/// Merges the complete shards in `dirs`, in any order, into the batch in `out`. A merged batch is not merged again.
+///
+/// Refuses anything but every shard of one batch exactly once, and says which folder is in the way or what is missing.
+pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
+    let refuse = |what: String| Err(MonteCarloError::NotMergeable(what));
+    let mut parts: Vec<(Shard, Results)> = Vec::new();
+    for dir in dirs {
+        let part = Results::open(dir)?;
+        let Some(shard) = part.batch().shard else {
+            return refuse(format!("{} holds a whole batch, not a shard of one", dir.display()));
+        };
+        if let Some((other_shard, other)) = parts.first() {
+            let there = other.dir().display();
+            if let Some(difference) = other.batch().whole().difference(&part.batch().whole()) {
+                return refuse(format!("{} and {there} are of different batches: {difference}", dir.display()));
+            }
+            if shard.of != other_shard.of {
+                return refuse(format!("{} is shard {shard}, {there} is shard {other_shard}", dir.display()));
+            }
+        }
+        if let Some((_, other)) = parts.iter().find(|(other, _)| *other == shard) {
+            return refuse(format!("{} and {} are both shard {shard}", other.dir().display(), dir.display()));
+        }
+        parts.push((shard, part));
+    }
+    let Some((Shard { of, .. }, first)) = parts.first() else { return refuse("no folder is named".to_owned()) };
+    let is_missing = |index: &u64| !parts.iter().any(|(shard, _)| shard.index == *index);
+    let mut missing = (0..*of).filter(is_missing).map(|index| Shard { index, of: *of }.to_string());
+    let some: Vec<_> = missing.by_ref().take(10).collect();
+    if !some.is_empty() {
+        let more = match missing.count() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        return refuse(format!("missing: shard {}{more}", some.join(", ")));
+    }
+
+    let whole = first.batch().whole();
+    if let Some(complete) = whole.find_in(out)? {
+        return Ok(complete);
+    }
+    parts.sort_by_key(|(shard, _)| *shard);
+    // An empty journal keeps other processes away, and tells what this folder is for if this one ends.
+    let journal = Journal::open(out, &whole)?;
+    let rows = parts.iter().flat_map(|(_, part)| match part.values() {
+        Ok(rows) => Box::new(rows) as Box<dyn Iterator<Item = _>>,
+        Err(error) => Box::new(std::iter::once(Err(error))),
+    });
+    let merged = results::write(out, &whole, rows)?;
+    journal.remove()?;
+    Ok(merged)
+}

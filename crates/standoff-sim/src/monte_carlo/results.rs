@@ -1,0 +1,281 @@
+//! The folder of a complete batch: `runs.parquet`, a row per run; `summary.json`, the statistics; `monte-carlo.json`,
+//! what was flown.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::journal::check_format;
+use super::{Batch, MonteCarloError, Shard, Statistics, Values, pooled_root_ratio};
+use crate::record::RecordError;
+use crate::record::column::{Cells, Column, Fault, Field};
+use crate::record::table::{Row, TableReader, TableWriter};
+use crate::score::Metrics;
+
+const MANIFEST: &str = "monte-carlo.json";
+const RUNS: &str = "runs.parquet";
+const SUMMARY: &str = "summary.json";
+
+/// What a file is called until it is complete: this is added to its name.
+const PARTIAL: &str = ".partial";
+
+/// A complete batch on disk.
+#[derive(Debug, Clone)]
+pub struct Results {
+    dir: PathBuf,
+    manifest: Manifest,
+}
+
+/// The statistics of a batch.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of run 0; run k has this plus k.
+    pub seed: u64,
+    /// Runs of the whole batch.
+    pub runs: u64,
+    /// The part that this is, if it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// The metrics by name, in their own order.
+    #[serde(serialize_with = "as_object")]
+    pub metrics: Vec<(String, Statistics)>,
+}
+
+/// `monte-carlo.json`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Manifest {
+    #[serde(flatten)]
+    batch: Batch,
+    /// Checksum of `runs.parquet`.
+    runs_crc32: u32,
+}
+
+/// A row of `runs.parquet`: fixed columns, then one per metric.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RunRow {
+    run: i64,
+    pub(super) seed: i64,
+    pub(super) values: Values,
+}
+
+impl Row for RunRow {
+    const TABLE: &'static str = "runs";
+
+    /// Those before the metrics.
+    fn columns() -> Vec<Column> {
+        let mut columns = Vec::new();
+        i64::declare("run", &mut columns);
+        i64::declare("seed", &mut columns);
+        columns
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        self.run.put(cells)?;
+        self.seed.put(cells)?;
+        self.values.iter().try_for_each(|value| value.put(cells))
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        let (run, seed) = (i64::get(cells)?, i64::get(cells)?);
+        let values = (0..cells.len()).map(|_| Option::get(cells)).collect::<Result<_, _>>()?;
+        Ok(Self { run, seed, values })
+    }
+}
+
+fn columns<'a>(metrics: impl IntoIterator<Item = &'a str>) -> Vec<Column> {
+    let mut columns = RunRow::columns();
+    for metric in metrics {
+        Option::<f64>::declare(metric, &mut columns);
+    }
+    columns
+}
+
+impl Results {
+    /// Opens the complete batch in `dir`. Fails if there is none, if it was changed since, or if another format of
+    /// standoff wrote it.
+    pub fn open(dir: &Path) -> Result<Self, MonteCarloError> {
+        if !are_in(dir) {
+            let dir = dir.to_owned();
+            let unfinished = super::journal::is_in(&dir);
+            return Err(if unfinished {
+                MonteCarloError::Unfinished { dir }
+            } else {
+                MonteCarloError::NoResults { dir }
+            });
+        }
+        let path = dir.join(MANIFEST);
+        let bytes = fs::read(&path).map_err(|reason| RecordError::read(&path, reason))?;
+        let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
+        check_format(&bytes, &path)?.map_err(damaged)?;
+        let manifest: Manifest = serde_json::from_slice(&bytes).map_err(damaged)?;
+        let path = dir.join(RUNS);
+        if checksum(&path)? != manifest.runs_crc32 {
+            let what = "it was changed since it was written";
+            return Err(RecordError::damaged(&path, what).into());
+        }
+        Ok(Self { dir: dir.to_owned(), manifest })
+    }
+
+    /// Where it lies.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// What was flown.
+    pub fn batch(&self) -> &Batch {
+        &self.manifest.batch
+    }
+
+    /// The statistics, from the rows.
+    pub fn summary(&self) -> Result<Summary, MonteCarloError> {
+        summarise(self.batch(), &self.dir.join(RUNS))
+    }
+
+    /// All values of every run, in order.
+    pub(super) fn values(&self) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + '_, MonteCarloError> {
+        let rows = self.rows(self.batch().metrics.iter().map(String::as_str))?;
+        Ok(rows.map(|row| row.map(|row| row.values)))
+    }
+
+    /// The rows in the order of runs, with the values of these metrics.
+    pub(super) fn rows<'a>(
+        &'a self,
+        metrics: impl IntoIterator<Item = &'a str>,
+    ) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + 'a, MonteCarloError> {
+        rows(self.batch(), self.dir.join(RUNS), metrics)
+    }
+}
+
+impl Summary {
+    /// One JSON object and a newline.
+    pub fn json(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}
+
+/// A complete batch lies in `dir`: the rows are what comes last.
+pub(super) fn are_in(dir: &Path) -> bool {
+    dir.join(RUNS).is_file() && dir.join(MANIFEST).is_file()
+}
+
+/// Refuses a folder in which other things lie.
+pub(super) fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
+    let occupied = || RecordError::Occupied { dir: dir.to_owned() };
+    match fs::read_dir(dir) {
+        Err(reason) if reason.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(reason) if reason.kind() == io::ErrorKind::NotADirectory => Err(occupied().into()),
+        Err(reason) => Err(RecordError::read(dir, reason).into()),
+        Ok(mut entries) => match entries.next() {
+            None => Ok(()),
+            Some(_) => Err(occupied().into()),
+        },
+    }
+}
+
+/// Completes the folder of a batch from its rows, in the order of runs: every file is written under another name, seen
+/// onto the disk and renamed, the rows last.
+pub(super) fn write(
+    dir: &Path,
+    batch: &Batch,
+    rows: impl Iterator<Item = Result<Values, MonteCarloError>>,
+) -> Result<Results, MonteCarloError> {
+    let partial = dir.join(format!("{RUNS}{PARTIAL}"));
+    let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics.iter().map(String::as_str)))?;
+    for (run, values) in batch.flown().zip(rows) {
+        // A batch has no seed beyond i64.
+        table.push(&RunRow { run: run as i64, seed: batch.seed_of(run) as i64, values: values? })?;
+    }
+    table.finish()?;
+    let manifest = Manifest { batch: batch.clone(), runs_crc32: checksum(&partial)? };
+    let unwritable = |error: serde_json::Error| RecordError::write(dir, error.into());
+    save(dir, SUMMARY, &summarise(batch, &partial)?.json().map_err(unwritable)?)?;
+    save(dir, MANIFEST, &(serde_json::to_string_pretty(&manifest).map_err(unwritable)? + "\n"))?;
+    let path = dir.join(RUNS);
+    fs::rename(&partial, &path).map_err(|reason| RecordError::write(&path, reason))?;
+    sync_folder(dir)?;
+    Ok(Results { dir: dir.to_owned(), manifest })
+}
+
+fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
+    let (path, partial) = (dir.join(name), dir.join(format!("{name}{PARTIAL}")));
+    let refused = |reason| RecordError::write(&path, reason);
+    fs::write(&partial, text).map_err(refused)?;
+    File::open(&partial).and_then(|file| file.sync_all()).map_err(refused)?;
+    fs::rename(&partial, &path).map_err(refused)
+}
+
+/// Sees new names in a folder onto the disk, where folders can be opened.
+pub(super) fn sync_folder(dir: &Path) -> Result<(), RecordError> {
+    let Ok(folder) = File::open(dir) else { return Ok(()) };
+    folder.sync_all().map_err(|reason| RecordError::write(dir, reason))
+}
+
+fn checksum(path: &Path) -> Result<u32, RecordError> {
+    let unreadable = |reason| RecordError::read(path, reason);
+    let mut file = File::open(path).map_err(unreadable)?;
+    let (mut crc, mut bytes) = (crc32fast::Hasher::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut bytes).map_err(unreadable)? {
+            0 => return Ok(crc.finalize()),
+            n => crc.update(&bytes[..n]),
+        }
+    }
+}
+
+/// Reads a table of runs, and insists that it is the batch's.
+fn rows<'a>(
+    batch: &'a Batch,
+    path: PathBuf,
+    metrics: impl IntoIterator<Item = &'a str>,
+) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + 'a, MonteCarloError> {
+    let mut table = TableReader::<RunRow>::with_columns(path.clone(), columns(metrics))?;
+    let mut runs = batch.flown();
+    Ok(std::iter::from_fn(move || {
+        let row = match table.next_row() {
+            Ok(row) => row,
+            Err(error) => return Some(Err(error.into())),
+        };
+        let expected = runs.next().map(|run| (run as i64, batch.seed_of(run) as i64));
+        if row.as_ref().map(|row| (row.run, row.seed)) == expected {
+            return row.map(Ok);
+        }
+        runs = 0..0;
+        let what = match expected {
+            Some((run, seed)) => format!("the row of run {run} with seed {seed} is not in its place"),
+            None => "it has more rows than the batch has runs".to_owned(),
+        };
+        Some(Err(RecordError::damaged(&path, what).into()))
+    }))
+}
+
+/// One metric at a time, so that memory holds one column.
+fn summarise(batch: &Batch, path: &Path) -> Result<Summary, MonteCarloError> {
+    let column = |name: &str| -> Result<Vec<Option<f64>>, MonteCarloError> {
+        rows(batch, path.to_owned(), [name])?.map(|row| Ok(row?.values.pop().flatten())).collect()
+    };
+    let statistics = |name: &String| {
+        let mut statistics = Statistics::of(&column(name)?);
+        if let Some((_, above, below)) = Metrics::POOLED.iter().find(|(pooled, ..)| pooled == name) {
+            let pooled = pooled_root_ratio(&column(above)?, &column(below)?);
+            statistics.mean = pooled.map(|pooled| pooled.mean);
+            statistics.ci95 = pooled.and_then(|pooled| pooled.ci95);
+        }
+        Ok((name.clone(), statistics))
+    };
+    Ok(Summary {
+        scenario: batch.scenario.clone(),
+        seed: batch.seed,
+        runs: batch.runs,
+        shard: batch.shard,
+        metrics: batch.metrics.iter().map(statistics).collect::<Result<_, MonteCarloError>>()?,
+    })
+}
+
+/// Pairs as an object, in their order.
+pub(super) fn as_object<T: Serialize, S: Serializer>(pairs: &[(String, T)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
+}
