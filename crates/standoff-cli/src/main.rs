@@ -6,6 +6,7 @@ mod failure;
 mod merge;
 mod monte_carlo;
 mod outcome;
+mod reproduce;
 mod run;
 mod scenarios;
 mod tell;
@@ -51,6 +52,9 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Measure the paper's tables, figures and claims again: paper beside ours.
+    #[command(after_help = reproduce::EXAMPLES)]
+    Reproduce(reproduce::Args),
     /// List the built-in scenarios, or print one.
     Scenarios {
         /// The scenario to print.
@@ -74,6 +78,7 @@ Examples:
   standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
   standoff check mine.toml
   standoff show standoff-out/paper/figure-9-1         tell a finished run again
+  standoff reproduce table-2                          the paper's Table II beside ours
 
 Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
 
@@ -85,6 +90,7 @@ fn main() -> ExitCode {
         Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Show { dir, metrics, json }) => tell::show(&dir, metrics.choice, json),
+        Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { name }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),
     };

@@ -63,7 +63,8 @@ fn events_of(frame: &Frame, names: &[String]) -> Vec<Event> {
     frame.events.iter().map(event).collect()
 }
 
-fn setup(title: String, settings: &Settings) -> Setup {
+/// What figures need to know of a mission.
+pub(crate) fn setup(title: String, settings: &Settings) -> Setup {
     let (uav, standoff) = (&settings.team.uav, &settings.team.group.standoff);
     Setup {
         title,

@@ -29,10 +29,10 @@ pub use compare::{Better, Comparison, Paired, compare, compare_results};
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Summary};
-pub use statistics::{Pooled, Statistics, pooled_root_ratio};
+pub use statistics::{Pooled, Statistics, pooled_root_ratio, student_t_975};
 
 use crate::run::fly_while;
-use crate::scenario::Template;
+use crate::scenario::{Scenario, Template};
 use crate::score::{Choice, Metrics};
 use journal::Journal;
 use pool::work_through;
@@ -62,13 +62,26 @@ pub fn fly_all(
     in_order(seeds, threads, |seed, halt| fly_seed(template, seed, choice, halt))
 }
 
+/// Looks at the scenario of each of these seeds, on so many threads (`None`: one per core); gives what was found in the
+/// order of the seeds, the same on any number of threads.
+pub fn each_seed<T: Send>(
+    template: &Template,
+    seeds: Range<u64>,
+    threads: Option<NonZeroUsize>,
+    look: impl Fn(&Scenario) -> T + Sync,
+) -> Result<Vec<T>, MonteCarloError> {
+    in_order(seeds, threads, |seed, _| {
+        template.draw(seed).map(|scenario| look(&scenario)).map_err(|problem| MonteCarloError::seed(seed, problem))
+    })
+}
+
 /// Does `work` for every seed on many threads; gives the results in the order of the seeds.
-fn in_order<T: Send + Clone>(
+fn in_order<T: Send>(
     seeds: Range<u64>,
     threads: Option<NonZeroUsize>,
     work: impl Fn(u64, &AtomicBool) -> Result<T, MonteCarloError> + Sync,
 ) -> Result<Vec<T>, MonteCarloError> {
-    let mut rows = vec![None; usize::try_from(seeds.end.saturating_sub(seeds.start)).unwrap_or(usize::MAX)];
+    let mut rows: Vec<Option<T>> = seeds.clone().map(|_| None).collect();
     let first = seeds.start;
     let work = |seed, halt: &AtomicBool| Ok((seed, work(seed, halt)?));
     work_through(seeds.map(Ok), threads, &AtomicBool::new(false), work, |done| {

@@ -12,6 +12,7 @@ mod phase;
 mod separation;
 mod speed_and_turn_rate;
 mod standoff_distance;
+pub mod study;
 mod symbol;
 #[cfg(test)]
 mod tests;

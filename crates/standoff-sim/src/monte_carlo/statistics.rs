@@ -91,8 +91,9 @@ pub(super) fn interval(mean: f64, sd: f64, n: usize) -> [f64; 2] {
     [mean - half, mean + half]
 }
 
-/// The 97.5 % quantile of Student's t with so many degrees of freedom, at least one.
-fn student_t_975(freedom: usize) -> f64 {
+/// The 97.5 % quantile of Student's t with so many degrees of freedom, at least one: half the width of a 95 % interval
+/// of a mean, in standard errors.
+pub fn student_t_975(freedom: usize) -> f64 {
     // Fails only for a freedom that is not positive.
     StudentsT::new(0.0, 1.0, freedom as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }

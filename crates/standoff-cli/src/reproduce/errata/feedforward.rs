@@ -1,0 +1,175 @@
+//! (25) is the derivative of the field's heading on the orbit only, about a centre at rest.
+
+use standoff::guidance::heading::steer;
+use standoff::guidance::standoff_distance::Ramp;
+use standoff::{Displacement, Feedforward, Orbit, Position, TeamParams, UavState, VectorField, Velocity};
+use standoff_view::figures::study::{Line, Plot, study};
+
+use super::flight::Flight;
+use crate::failure::Failure;
+use crate::reproduce::claim::{Claim, Finding, shown};
+use crate::reproduce::statistics::Estimate;
+use crate::reproduce::study::{Data, Study, Table};
+
+/// The orbit on which the three forms are compared, m, and the speed.
+const ORBIT_M: f64 = 300.0;
+const SPEED_M_S: f64 = 40.0;
+/// Where the claim is judged: a third of the orbit to three times it, m.
+const JUDGED_M: [f64; 2] = [100.0, 900.0];
+/// A turn rate so small is none, rad/s.
+const NOTHING_RAD_S: f64 = 1e-3;
+
+const FORMS: [(&str, Feedforward); 3] =
+    [("printed", Feedforward::Printed), ("exact", Feedforward::Exact), ("flown", Feedforward::Flown)];
+
+pub(super) fn study_feedforward() -> Result<Study, Failure> {
+    let mut found = Study::new(
+        "errata",
+        "Erratum of (25): the feedforward",
+        "*Printed* is (25); *exact* has r_d^3 in place of r_d r^2, which makes it the derivative of the field's heading \
+         about a centre at rest; *flown* differentiates what is flown, with k_l, the lead and the centre's velocity in \
+         it. The derivative is taken numerically, along the field.",
+    );
+    let radii_m = || (20..=1200).step_by(10).map(f64::from);
+    let rows: Vec<Vec<f64>> = radii_m()
+        .map(|r_m| {
+            vec![
+                r_m,
+                numeric_rad_s(r_m),
+                at_rest_rad_s(Feedforward::Printed, r_m),
+                at_rest_rad_s(Feedforward::Exact, r_m),
+            ]
+        })
+        .collect();
+    let line = |(colour, label, dashed): (usize, &str, bool)| Line {
+        label: label.to_owned(),
+        colour,
+        dashed,
+        points: rows.iter().map(|row| (row[0], row[colour + 1])).collect(),
+    };
+    let plot = Plot {
+        axes: ["Distance from the centre (m)".to_owned(), "Feedforward (rad/s)".to_owned()],
+        lines: [(0, "numeric derivative", false), (1, "printed (25)", false), (2, "exact", true)].map(line).to_vec(),
+        levels: vec![(0.3, "largest turn rate".to_owned())],
+        ..Plot::default()
+    };
+    let heading = "Turn rate of the vector field's heading, off the orbit";
+    let caption = "orbit of 300 m about a centre at rest, 40 m/s";
+    found.figures.push(study("errata-feedforward", heading, caption, &[plot]).map_err(Failure::running)?);
+
+    let speeds_m_s = || (0..=20).map(f64::from);
+    let errors = |gain: f64, speed_m_s: f64| {
+        FORMS.map(|(_, form)| Flight { centre_speed_m_s: speed_m_s, ..Flight::new(form, gain) }.largest_error_m())
+    };
+    let moving: Vec<Vec<f64>> = speeds_m_s()
+        .map(|speed| [speed].into_iter().chain(errors(1.0, speed)).chain(errors(0.2, speed)).collect())
+        .collect();
+    let plot = |first: usize, gain: &str| Plot {
+        axes: ["Speed of the centre (m/s)".to_owned(), format!("Largest |r − r_d| (m), k_l = {gain}")],
+        lines: FORMS
+            .iter()
+            .enumerate()
+            .map(|(colour, (name, _))| Line {
+                label: (*name).to_owned(),
+                colour: colour + 1,
+                dashed: false,
+                points: moving.iter().map(|row| (row[0], row[first + colour])).collect(),
+            })
+            .collect(),
+        shown: vec![0.0],
+        ..Plot::default()
+    };
+    let heading = "Standing error of the orbit about a moving centre, by the feedforward";
+    let caption = "orbit of 400 m, 40 m/s, no lead; the last third of 600 s";
+    let plots = [plot(1, "1"), plot(4, "0.2")];
+    found.figures.push(study("errata-feedforward-moving", heading, caption, &plots).map_err(Failure::running)?);
+    let mut table = Table::new(
+        "Largest |r - r_d| about a centre that moves (m), orbit of 400 m:",
+        &["centre (m/s)", "k_l 1: printed", "exact", "flown", "k_l 0.2: printed", "exact", "flown"],
+    );
+    for row in moving.iter().filter(|row| [5.0, 10.0, 15.0].contains(&row[0])) {
+        table.row(row[0].to_string(), row[1..].iter().copied());
+    }
+
+    let off = |column: usize| {
+        let judged = rows.iter().filter(|row| (JUDGED_M[0]..=JUDGED_M[1]).contains(&row[0]));
+        judged.map(|row| (row[column] - row[1]).abs()).fold(0.0, f64::max)
+    };
+    let mut derivative = Table::new(
+        format!(
+            "Largest difference from the derivative, {} to {} m from the centre (rad/s):",
+            JUDGED_M[0], JUDGED_M[1]
+        ),
+        &["printed", "exact"],
+    );
+    derivative.rows.push([2, 3].map(|column| shown(off(column))).to_vec());
+    let claim = |what: &str, unit, tolerance, ours, reason| Claim {
+        what: what.to_owned(),
+        unit,
+        finding: Finding::Number { paper: 0.0, tolerance, ours: Estimate::exact(ours) },
+        runs: 0,
+        reason,
+    };
+    let at_15 = moving.iter().find(|row| row[0] == 15.0);
+    let at_15 = |column: usize| at_15.map_or(f64::NAN, |row| row[column]);
+    found.claims = vec![
+        claim(
+            "(25) is obtained by differentiating (23): largest difference, 100 to 900 m from the centre of an orbit of 300 m",
+            "rad/s",
+            NOTHING_RAD_S,
+            off(2),
+            "the derivative has r_d^3 where (25) prints r_d r^2; they agree on the orbit only",
+        ),
+        claim(
+            "(24) with (25) holds the orbit about a centre at 15 m/s: largest error, k_l = 1",
+            "m",
+            2.0,
+            at_15(1),
+            "(25) leaves out that the centre moves (28); so does the exact form",
+        ),
+    ];
+    found.tables = vec![derivative, table];
+    found.data = vec![
+        Data::new("errata-feedforward", &["r_m", "numeric_rad_s", "printed_rad_s", "exact_rad_s"], rows),
+        Data::new(
+            "errata-feedforward-moving",
+            &[
+                "centre_m_s",
+                "printed_gain_1_m",
+                "exact_gain_1_m",
+                "flown_gain_1_m",
+                "printed_gain_0.2_m",
+                "exact_gain_0.2_m",
+                "flown_gain_0.2_m",
+            ],
+            moving,
+        ),
+    ];
+    Ok(found)
+}
+
+/// The feedforward of a form on an orbit about a centre at rest, rad/s.
+fn at_rest_rad_s(form: Feedforward, r_m: f64) -> f64 {
+    let mut guidance = TeamParams::table_1().guidance;
+    (guidance.feedforward, guidance.radial_gain) = (form, 1.0);
+    let orbit = Orbit {
+        centre: Position::ORIGIN,
+        centre_velocity: Velocity::ZERO,
+        distance_m: ORBIT_M,
+        rate_m_s: 0.0,
+        steered: Ramp { radius_m: ORBIT_M, rate_m_s: 0.0 },
+    };
+    let position = Position::from_m(r_m, 0.0);
+    let uav = UavState { position, heading: standoff::Angle::ZERO, speed_m_s: SPEED_M_S, turn_rate_rad_s: 0.0 };
+    steer(&guidance, &uav, &orbit, SPEED_M_S).feedforward_rad_s
+}
+
+/// How fast the field's heading turns under a UAV that follows it, by central differences, rad/s.
+fn numeric_rad_s(r_m: f64) -> f64 {
+    const H_S: f64 = 1e-4;
+    let field = VectorField { radius_m: ORBIT_M, radial_gain: 1.0, sense: standoff::Sense::Anticlockwise };
+    let here = Position::ORIGIN + Displacement::from_m(r_m, 0.0);
+    let velocity = field.velocity(here - Position::ORIGIN, SPEED_M_S);
+    let heading = |t_s: f64| field.heading(here + velocity * t_s - Position::ORIGIN);
+    (heading(H_S) - heading(-H_S)).rad() / (2.0 * H_S)
+}

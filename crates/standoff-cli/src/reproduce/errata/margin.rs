@@ -1,0 +1,212 @@
+//! The margin (16): not the Mahalanobis distance of a chi-square, and a square added to metres.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix6;
+use standoff::estimation::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
+use standoff::{Estimate as Track, TargetState, Transition};
+use standoff_sim::record::{Frame, GroupRow, TrackRow};
+use standoff_sim::scenario::Scenario;
+
+use crate::failure::Failure;
+use crate::reproduce::claim::{Claim, Finding, Paper};
+use crate::reproduce::flights::{IN_METRES, Plan, watch};
+use crate::reproduce::observe::time_s;
+use crate::reproduce::statistics::{Estimate, mean};
+use crate::reproduce::study::{Study, Table};
+
+/// For so long after a change of members the orbit is watched, s.
+const AFTER_S: f64 = 5.0;
+/// The mean of a chi-square with two degrees of freedom.
+const CHI_SQUARE_MEAN: f64 = 2.0;
+
+pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
+    let mut found = Study::new(
+        "errata",
+        "Erratum of (16): the margin",
+        format!(
+            "(16) weights the innovation with the predicted position covariance alone; the innovation's own covariance is \
+             that plus the measurement's. Measured on `paper/table-2-pair`, run by run, once settled. And it is a square \
+             without a unit, added to metres: on `paper/figure-9` the members of groups change, and r_d is watched for {AFTER_S} s \
+             after every change, beside the same mission with a margin in metres (`--set {} --set {}`).",
+            IN_METRES[0], IN_METRES[1]
+        ),
+    );
+    let weights = plan.each("paper/table-2-pair", &[], weigh)?;
+    let column = |which: fn(&Weighed) -> f64| weights.iter().map(which).collect::<Vec<f64>>();
+    let (printed, full) = (column(|weighed| weighed.printed), column(|weighed| weighed.full));
+    let jumps = |set: &[&str]| plan.each("paper/figure-9", set, jump);
+    let (square, metres) = (jumps(&[])?, jumps(&IN_METRES)?);
+    let wanted = |runs: &[Jump]| runs.iter().filter_map(|jump| jump.margin_m).collect::<Vec<f64>>();
+    let at_bound =
+        |runs: &[Jump]| Estimate::share(runs.iter().filter(|jump| jump.margin_m.is_some()).map(|jump| jump.at_bound));
+    let mut table = Table::new(
+        "Mean squared distance of the centre's innovation with 95 % intervals (2 for a chi-square with two degrees of \
+         freedom):",
+        &["weighted with", "mean", "low", "high"],
+    );
+    for (name, values) in [("predicted covariance, (16)", &printed), ("covariance of the innovation", &full)] {
+        let mean = Estimate::mean(values);
+        table.row(name, [mean.value, mean.low, mean.high]);
+    }
+    found.tables.push(table);
+    let mut table = Table::new(
+        "After a change of members, `paper/figure-9`, the largest of each run:",
+        &["margin", "median margin (m)", "5 %", "95 %", "runs in which r_d reaches r_d,max (%)", "low", "high"],
+    );
+    for (name, runs) in [("(16) as printed", &square), ("in metres", &metres)] {
+        let (middle, bound) = (Estimate::middle(&wanted(runs)), at_bound(runs));
+        table.row(name, [middle.value, middle.low, middle.high, bound.value, bound.low, bound.high]);
+    }
+    found.tables.push(table);
+    let both: Vec<(f64, f64)> =
+        square.iter().zip(&metres).filter_map(|(square, metres)| metres.margin_m.zip(square.margin_m)).collect();
+    let (from, to): (Vec<f64>, Vec<f64>) = both.iter().map(|&(metres, square)| (metres, square)).unzip();
+    let paired: Vec<f64> = both.iter().map(|(metres, square)| square - metres).collect();
+    found.claims = vec![
+        Claim {
+            what: "(16) is the Mahalanobis distance of the centre's innovation: its mean is that of a chi-square"
+                .into(),
+            unit: "",
+            finding: Finding::number(CHI_SQUARE_MEAN, Estimate::mean(&printed)),
+            runs: printed.len(),
+            reason: "the weight leaves out the covariance of the measured centroid; and the centroid is already filtered, \
+                     so its errors are not white",
+        },
+        Claim {
+            what: "d_m is a margin for the error of the centre: at a change of members it is no larger than 1.645 standard \
+                   deviations of that error"
+                .into(),
+            unit: "m",
+            finding: Finding::Difference {
+                paper: Paper::Less,
+                ours: Estimate::mean(&paired),
+                percent: Estimate::percent(&from, &to),
+            },
+            runs: paired.len(),
+            reason: "a square of standard deviations, added to metres: the centroid jumps by tens of metres when a \
+                     target comes or goes",
+        },
+    ];
+    Ok(found)
+}
+
+/// Mean squared distance of the centre's innovations of a run, by two weights.
+struct Weighed {
+    printed: f64,
+    full: f64,
+}
+
+/// Filters the centre again from the recorded tracks, from the start whenever the members change.
+fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
+    let settings = &scenario.settings;
+    let transition = settings.team.track.target.transition(settings.period);
+    let (mut printed, mut full, mut last, mut members) = (Vec::new(), Vec::new(), None, Vec::new());
+    watch(scenario, |frame| {
+        let Some(group) = frame.groups.first() else { return };
+        let now: Vec<u32> = of_group(frame, group).map(|track| track.target).collect();
+        if now != members {
+            (last, members) = (None, now);
+        }
+        let Some(centroid) = centroid(frame, group) else { return };
+        let step = last.and_then(|last| innovation(&last, &transition, &centroid));
+        if let Some((_, weighed)) = step.as_ref().filter(|_| time_s(frame) >= settings.settle.s()) {
+            printed.push(weighed.printed);
+            full.push(weighed.full);
+        }
+        last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));
+    })?;
+    Ok(Weighed { printed: mean(&printed), full: mean(&full) })
+}
+
+/// The next centre, and how far the centroid is from where it was expected.
+fn innovation(last: &GroupCentre, transition: &Transition, centroid: &Centroid) -> Option<(GroupCentre, Weighed)> {
+    let expected = transition.predict(&last.estimate().state).position();
+    let predicted =
+        Track { covariance: transition.predict_covariance(&last.estimate().covariance), ..*last.estimate() };
+    let (seen, p) = (centroid.mean.state.position(), predicted.position_covariance());
+    let weighed = Weighed {
+        printed: mahalanobis_squared(seen, expected, &p),
+        full: mahalanobis_squared(seen, expected, &(p + centroid.mean.position_covariance())),
+    };
+    Some((last.advance(transition, centroid)?, weighed))
+}
+
+/// The centroid of a group's members.
+fn centroid(frame: &Frame, group: &GroupRow) -> Option<Centroid> {
+    let members: Vec<Track> = of_group(frame, group).map(estimate).collect();
+    Centroid::of(members.iter())
+}
+
+/// The tracks of a group's members, those in dwell included.
+fn of_group<'a>(frame: &'a Frame, group: &GroupRow) -> impl Iterator<Item = &'a TrackRow> {
+    let id = Some(group.group);
+    frame.tracks.iter().filter(move |track| track.group == id || track.to_group == id)
+}
+
+fn estimate(track: &TrackRow) -> Track {
+    let mut covariance = Matrix6::zeros();
+    let mut upper = track.covariance.iter();
+    for row in 0..6 {
+        for column in row..6 {
+            let entry = upper.next().copied().unwrap_or_default();
+            (covariance[(row, column)], covariance[(column, row)]) = (entry, entry);
+        }
+    }
+    Track { state: TargetState(track.state.into()), covariance }
+}
+
+/// What happens to the orbits of a run soon after their groups' members have changed.
+struct Jump {
+    /// The largest margin, m; none where members never change.
+    margin_m: Option<f64>,
+    /// Some r_d reaches its upper bound.
+    at_bound: bool,
+}
+
+fn jump(scenario: &Scenario) -> Result<Jump, Failure> {
+    let radius_max_m = scenario.settings.team.group.standoff.radius_max_m;
+    let mut found = Jump { margin_m: None, at_bound: false };
+    // By group: its members at the last instant, and when they last changed.
+    let mut groups: BTreeMap<u32, (Vec<u32>, f64)> = BTreeMap::new();
+    watch(scenario, |frame| {
+        for group in &frame.groups {
+            let members: Vec<u32> = of_group(frame, group).map(|track| track.target).collect();
+            let (before, changed_s) = groups.entry(group.group).or_insert_with(|| (members.clone(), f64::NEG_INFINITY));
+            if *before != members {
+                (*before, *changed_s) = (members, time_s(frame));
+            }
+            if time_s(frame) - *changed_s <= AFTER_S {
+                found.margin_m = Some(found.margin_m.map_or(group.margin_m, |most| most.max(group.margin_m)));
+                found.at_bound |= group.standoff_distance_m >= radius_max_m;
+            }
+        }
+    })?;
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Checks Eq. (16): what is recomputed from the record is the margin that was flown.
+    #[test]
+    fn the_recomputed_distance_is_the_margin_of_the_record() {
+        let scenario = Plan { runs: 2, first_seed: 3 }.first("paper/table-2-pair", &[]).map_err(|_| ()).unwrap();
+        let transition = scenario.settings.team.track.target.transition(scenario.settings.period);
+        let (mut last, mut compared) = (None, 0);
+        let watched = watch(&scenario, |frame| {
+            let group = &frame.groups[0];
+            let centroid = centroid(frame, group).unwrap();
+            let step = last.and_then(|last| innovation(&last, &transition, &centroid));
+            if let Some((_, weighed)) = &step {
+                let rounding = 1e-6 * (1.0 + group.margin_m);
+                assert!((weighed.printed - group.margin_m).abs() < rounding, "{} {}", weighed.printed, group.margin_m);
+                assert!(weighed.full < weighed.printed);
+                compared += 1;
+            }
+            last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));
+        });
+        assert!(watched.is_ok() && compared > 150, "{compared}");
+    }
+}

@@ -1,0 +1,86 @@
+//! (27) leaves the centre's motion out: about a moving centre the smallest orbit is wider.
+
+use standoff::guidance::standoff_distance::{moving_centre_limit_m, turn_limit_m};
+use standoff::{Feedforward, TeamParams};
+use standoff_view::figures::study::{Line, Plot, study};
+
+use super::flight::Flight;
+use crate::failure::Failure;
+use crate::reproduce::claim::{Claim, Finding};
+use crate::reproduce::statistics::Estimate;
+use crate::reproduce::study::{Data, Study, Table};
+
+/// An orbit is held to within this share of its radius.
+const HELD: f64 = 0.05;
+/// Multiples of the limit that are flown.
+const MULTIPLES: [f64; 4] = [0.8, 0.9, 1.0, 1.2];
+
+pub(super) fn study_radius() -> Result<Study, Failure> {
+    let mut found = Study::new(
+        "errata",
+        "Erratum of (27): the smallest orbit",
+        "(27) asks for r_d >= v / omega_max (133 m with Table I). Where UAV and centre move in opposite directions, a \
+         true circle about the centre takes a turn rate of (v + v_t)^2 / (v r_d): the smallest orbit is (v + v_t)^2 / (v \
+         omega_max), and Table I's r_d,min of 250 m is too small for a group at 15 m/s. Flown with the derivative of \
+         what is flown, k_l = 1 and no lead.",
+    );
+    let uav = TeamParams::table_1().uav;
+    let printed_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);
+    let limit_m = |centre_m_s: f64| moving_centre_limit_m(uav.speed_m_s, centre_m_s, uav.turn_rate_max_rad_s);
+    let error_m = |centre_speed_m_s: f64, radius_m: f64| {
+        Flight { centre_speed_m_s, radius_m, ..Flight::new(Feedforward::Flown, 1.0) }.largest_error_m()
+    };
+    let mut rows = Vec::new();
+    for centre_m_s in (0..=20).map(f64::from) {
+        let flown = MULTIPLES.map(|multiple| error_m(centre_m_s, multiple * limit_m(centre_m_s)));
+        let row = [centre_m_s, limit_m(centre_m_s), error_m(centre_m_s, printed_m)];
+        rows.push(row.into_iter().chain(flown).collect::<Vec<f64>>());
+    }
+    let line = |column: usize, label: String| Line {
+        label,
+        colour: column - 2,
+        dashed: false,
+        points: rows.iter().map(|row| (row[0], row[column])).collect(),
+    };
+    let mut lines = vec![line(2, format!("at (27), {printed_m:.0} m"))];
+    lines.extend((3..).zip(MULTIPLES).map(|(column, multiple)| line(column, format!("at {multiple} of the limit"))));
+    let plot = Plot {
+        axes: ["Speed of the centre (m/s)".to_owned(), "Largest |r − r_d| (m)".to_owned()],
+        lines,
+        shown: vec![0.0],
+        ..Plot::default()
+    };
+    let heading = "Largest error of the orbit by its radius, about a moving centre";
+    let caption = "limit (v + v_t)² / (v ω_max); the last third of 600 s";
+    found.figures.push(study("errata-radius", heading, caption, &[plot]).map_err(Failure::running)?);
+    let mut table = Table::new(
+        "Largest |r - r_d| (m), by the radius flown:",
+        &["centre (m/s)", "limit (m)", "at (27)", "at 0.8 of the limit", "at 0.9", "at the limit", "at 1.2 of it"],
+    );
+    for row in rows.iter().filter(|row| [0.0, 5.0, 10.0, 15.0, 20.0].contains(&row[0])) {
+        table.row(row[0].to_string(), row[1..].iter().copied());
+    }
+    found.tables.push(table);
+    let names = [
+        "centre_m_s",
+        "limit_m",
+        "error_at_27_m",
+        "error_at_0.8_m",
+        "error_at_0.9_m",
+        "error_at_1_m",
+        "error_at_1.2_m",
+    ];
+    found.data.push(Data::new("errata-radius", &names, rows));
+    found.claims.push(Claim {
+        what: format!("(27) suffices: largest error of an orbit of {printed_m:.0} m about a centre at 15 m/s"),
+        unit: "m",
+        finding: Finding::Number {
+            paper: 0.0,
+            tolerance: HELD * printed_m,
+            ours: Estimate::exact(error_m(15.0, printed_m)),
+        },
+        runs: 0,
+        reason: "the centre's motion is left out: where the UAV flies against it, it would have to turn faster than it can",
+    });
+    Ok(found)
+}

@@ -1,0 +1,64 @@
+//! Histories of many runs beside one another: the band that most of them keep to, and one of them.
+
+use standoff_view::figures::study::{Band, Line, Plot};
+
+use super::statistics::quantiles;
+use super::study::Data;
+
+/// Something of one run against time: any number of values at every instant (of UAVs, of groups).
+pub(crate) type History = Vec<(f64, Vec<f64>)>;
+
+/// A plot: the first run's values, and the median and the 5 to 95 % range of all runs at each instant. Each of `kinds`
+/// has a colour of its own; a single run is drawn only where there is one kind.
+pub(crate) fn bands(axis: &str, kinds: &[(&str, &[History])]) -> Plot {
+    let mut plot = Plot { axes: ["Time (s)".to_owned(), axis.to_owned()], shown: vec![0.0], ..Plot::default() };
+    for (colour, (name, runs)) in kinds.iter().enumerate() {
+        let label = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{what}, {name}") };
+        let levels = levels(runs);
+        let points = levels.iter().map(|&(time, [low, _, high])| (time, low, high)).collect();
+        plot.bands.push(Band { label: label("5 to 95 %"), colour, points });
+        let points = levels.iter().map(|&(time, [_, middle, _])| (time, middle)).collect();
+        plot.lines.push(Line { label: label("median"), colour, dashed: false, points });
+    }
+    if let [(_, runs)] = kinds {
+        plot.lines.extend(one_run(runs.first()));
+    }
+    plot
+}
+
+/// The numbers of such a plot.
+pub(crate) fn data(name: &'static str, kinds: &[(&str, &[History])]) -> Data {
+    let levels: Vec<_> = kinds.iter().map(|(_, runs)| levels(runs)).collect();
+    let heads = kinds.iter().flat_map(|(name, _)| ["p5", "p50", "p95"].map(|level| format!("{name}_{level}")));
+    let times = levels.first().map(Vec::as_slice).unwrap_or_default();
+    let row = |(index, &(time, _)): (usize, &(f64, [f64; 3]))| {
+        let cells = levels.iter().flat_map(|levels| levels.get(index).map_or([f64::NAN; 3], |at| at.1));
+        [time].into_iter().chain(cells).collect()
+    };
+    Data {
+        name,
+        columns: ["time_s".to_owned()].into_iter().chain(heads).collect(),
+        rows: times.iter().enumerate().map(row).collect(),
+    }
+}
+
+/// The 5, 50 and 95 % quantiles of all values of all runs, instant by instant.
+fn levels(runs: &[History]) -> Vec<(f64, [f64; 3])> {
+    let Some(first) = runs.first() else { return Vec::new() };
+    let at = |index: usize| -> Vec<f64> {
+        runs.iter().filter_map(|run| run.get(index)).flat_map(|at| at.1.iter().copied()).collect()
+    };
+    first.iter().enumerate().map(|(index, &(time, _))| (time, quantiles(&at(index)))).collect()
+}
+
+/// The values of one run, each a curve as long as it is there.
+fn one_run(run: Option<&History>) -> Option<Line> {
+    let run = run?;
+    let most = run.iter().map(|at| at.1.len()).max()?;
+    let mut points = Vec::new();
+    for index in 0..most {
+        points.extend(run.iter().map(|(time, values)| (*time, values.get(index).copied().unwrap_or(f64::NAN))));
+        points.push((f64::NAN, f64::NAN));
+    }
+    Some(Line { label: "first run".to_owned(), colour: 3, dashed: false, points })
+}

@@ -1,0 +1,151 @@
+//! Figure 11: the line of sight to the furthest target, with and without the active measures and the dwell.
+
+use standoff_sim::scenario::Scenario;
+use standoff_view::figures::study::study;
+
+use super::{BASIC, MISSION, ORBIT_GROWS, always};
+use crate::failure::Failure;
+use crate::reproduce::claim::{Claim, Finding, Paper};
+use crate::reproduce::flights::{IN_METRES, Plan, watch};
+use crate::reproduce::history::{History, bands, data};
+use crate::reproduce::observe::{line_of_sight_deg, time_s};
+use crate::reproduce::statistics::{Estimate, mean};
+use crate::reproduce::study::{Data, Study, Table};
+
+/// For so long after a handoff the angle is watched, s.
+const AFTER_S: f64 = 5.0;
+
+/// What is seen of a run.
+#[derive(Default)]
+struct Seen {
+    /// The largest angle of all UAVs at every instant.
+    widest_deg: History,
+    most_deg: f64,
+    /// Instants at which some UAV's angle is beyond its view: 1, else 0.
+    beyond: Vec<f64>,
+    /// It is beyond soon after a handoff; none without one.
+    beyond_after_handoff: Option<bool>,
+}
+
+/// Flies figure 11.
+pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
+    let mut found = Study::new(
+        "figure-11",
+        "Figure 11: the line of sight to the furthest target",
+        format!(
+            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b), the same seeds; beside them 11b with a \
+             margin in metres (`--set {} --set {}`), which is not the paper's. The angle is that between a UAV's boresight \
+             and the true position of the furthest member of its group; a target in dwell is the duty of the passing \
+             group. The limit is half the field of view.",
+            IN_METRES[0], IN_METRES[1]
+        ),
+    );
+    let half_deg = plan.first(MISSION, &[])?.settings.team.track.sensor.half_view_rad().to_degrees();
+    let fly = |scenario: &str, set: &[&str]| plan.each(scenario, set, |scenario| look(scenario, half_deg));
+    let (basic, active, metres) = (fly(BASIC, &[])?, fly(MISSION, &[])?, fly(MISSION, &IN_METRES)?);
+    let share = |run: &Seen| 100.0 * mean(&run.beyond);
+    let (from, to): (Vec<f64>, Vec<f64>) = basic.iter().zip(&active).map(|(a, b)| (share(a), share(b))).unzip();
+    let difference: Vec<f64> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
+    let held = |runs: &[Seen], which: &dyn Fn(&Seen) -> bool| runs.iter().map(which).collect::<Vec<bool>>();
+    let after: Vec<bool> = basic.iter().filter_map(|run| run.beyond_after_handoff).collect();
+    found.claims = vec![
+        always(
+            format!("11a: without measures and dwell the angle passes {half_deg:.0} deg"),
+            &held(&basic, &|run| run.most_deg > half_deg),
+            "",
+        ),
+        always(format!("11a: it passes the limit within {AFTER_S} s of a handoff"), &after, ""),
+        always(
+            format!("11b: with them it never passes {half_deg:.0} deg"),
+            &held(&active, &|run| run.most_deg <= half_deg),
+            ORBIT_GROWS,
+        ),
+        Claim {
+            what: "share of the time in which some angle is beyond the limit: 11a to 11b".into(),
+            unit: "% of the time",
+            finding: Finding::Difference {
+                paper: Paper::Less,
+                ours: Estimate::mean(&difference),
+                percent: Estimate::percent(&from, &to),
+            },
+            runs: difference.len(),
+            reason: ORBIT_GROWS,
+        },
+    ];
+    let mut table = Table::new(
+        "With 95 % intervals:",
+        &[
+            "",
+            "runs that never pass the limit (%)",
+            "low",
+            "high",
+            "time beyond it (%)",
+            "low",
+            "high",
+            "largest angle, median (deg)",
+            "5 %",
+            "95 %",
+        ],
+    );
+    for (name, runs) in [
+        ("11a: no measures, no dwell", &basic),
+        ("11b: both measures, dwell", &active),
+        ("11b, margin in metres", &metres),
+    ] {
+        let never = Estimate::share(runs.iter().map(|run| run.most_deg <= half_deg));
+        let time = Estimate::mean(&runs.iter().map(share).collect::<Vec<f64>>());
+        let most = Estimate::middle(&runs.iter().map(|run| run.most_deg).collect::<Vec<f64>>());
+        table.row(name, [never, time, most].into_iter().flat_map(|e| [e.value, e.low, e.high]));
+    }
+    found.tables.push(table);
+    let row = |(index, seed): (usize, u64)| {
+        let of_runs = [&basic, &active, &metres].map(|runs| [runs[index].most_deg, share(&runs[index])]);
+        [seed as f64].into_iter().chain(of_runs.into_iter().flatten()).collect()
+    };
+    let columns = [
+        "seed",
+        "basic_largest_deg",
+        "basic_beyond_percent",
+        "active_largest_deg",
+        "active_beyond_percent",
+        "active_in_metres_largest_deg",
+        "active_in_metres_beyond_percent",
+    ];
+    found.data.push(Data::new("figure-11-runs", &columns, plan.seeds().enumerate().map(row).collect()));
+    let histories = |runs: Vec<Seen>| runs.into_iter().map(|run| run.widest_deg).collect::<Vec<History>>();
+    let (basic, active, metres) = (histories(basic), histories(active), histories(metres));
+    let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| {
+        let mut plot = bands(&format!("Largest angle (°), {name}"), &[("", runs)]);
+        plot.levels.push((half_deg, "edge of view".to_owned()));
+        plot
+    });
+    let heading = "Line of sight to the furthest target of a group, over many runs (figure 11)";
+    let caption = format!("the largest of four UAVs; {} runs", plan.runs);
+    found.figures.push(study("figure-11", heading, &caption, &plots).map_err(Failure::running)?);
+    found
+        .data
+        .push(data("figure-11", &[("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)]));
+    Ok(found)
+}
+
+fn look(scenario: &Scenario, half_deg: f64) -> Result<Seen, Failure> {
+    let (mut seen, mut handed_over_s) = (Seen::default(), None);
+    watch(scenario, |frame| {
+        let time_s = time_s(frame);
+        let angles = frame.uavs.iter().filter_map(|uav| line_of_sight_deg(frame, uav));
+        let widest_deg = angles.reduce(f64::max);
+        seen.widest_deg.push((time_s, widest_deg.into_iter().collect()));
+        let Some(widest_deg) = widest_deg else { return };
+        let is_beyond = widest_deg > half_deg;
+        seen.most_deg = seen.most_deg.max(widest_deg);
+        seen.beyond.push(f64::from(is_beyond));
+        if frame.events.iter().any(|event| event.kind == "handoff-completed") {
+            handed_over_s = Some(time_s);
+            seen.beyond_after_handoff.get_or_insert(false);
+        }
+        if is_beyond && handed_over_s.is_some_and(|at_s: f64| time_s - at_s <= AFTER_S) {
+            seen.beyond_after_handoff = Some(true);
+        }
+    })?;
+    Ok(seen)
+}

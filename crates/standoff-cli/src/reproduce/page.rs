@@ -1,0 +1,141 @@
+//! The page of all claims, `docs/validation.md`: a function of the studies, byte for byte.
+
+use super::claim::{Claim, RULES, Verdict};
+use super::flights::Plan;
+use super::study::{Study, Table};
+
+/// Where the figures of the page are, from where the page is.
+pub(crate) const PICTURES: &str = "pictures/validation";
+
+/// The page.
+pub(crate) fn page(studies: &[Study], plan: &Plan) -> String {
+    let command = command(None, plan);
+    let mut text = format!(
+        "# Validation: the paper, claim by claim\n\n\
+         <!-- Written by `cargo run --release -- reproduce {} --page docs/validation.md`: do not edit. -->\n\n\
+         What the paper says beside what comes out here; a claim that does not come out stays, with the reason where \
+         one is known.\n\
+         Everything on this page is measured by `{command}`, which also writes the numbers behind every figure as \
+         CSV.\n\n",
+        options(plan),
+    );
+    text += &summary(studies);
+    text +=
+        "\n## How a verdict is found\n\nBy rule, from the numbers of its row.\n\n| kind of claim | rule |\n|---|---|\n";
+    for (kind, rule) in RULES {
+        text += &format!("| {kind} | {rule} |\n");
+    }
+    text += "\nIn brackets: 95 % intervals, of a mean by Student's t, of a share of runs by Wilson's formula.\n\
+             Run k has the first seed plus k - 1; variants of a scenario meet the same targets and the same noise, seed \
+             by seed.\n\
+             What no runs are given for is computed, with nothing drawn.\n";
+    for study in studies {
+        text += &section(study, plan);
+    }
+    text
+}
+
+/// How many claims come out.
+fn summary(studies: &[Study]) -> String {
+    let mut text = "| | claims |".to_owned();
+    for verdict in Verdict::ALL {
+        text += &format!(" {} |", verdict.words());
+    }
+    text += &format!("\n|---|{}", "---|".repeat(1 + Verdict::ALL.len()));
+    for study in studies.iter().filter(|study| !study.claims.is_empty()) {
+        let count = |verdict| study.claims.iter().filter(|claim| claim.finding.verdict() == verdict).count();
+        text += &format!("\n| [{}](#{}) | {} |", study.title, anchor(study.title), study.claims.len());
+        Verdict::ALL.iter().for_each(|verdict| text += &format!(" {} |", count(*verdict)));
+    }
+    text + "\n"
+}
+
+fn section(study: &Study, plan: &Plan) -> String {
+    let mut text = format!("\n## {}\n\n{}\n", study.title, study.about);
+    if !study.claims.is_empty() {
+        let heads = ["claim", "paper", "ours", "runs", "first seed", "command", "verdict", "why not"];
+        text += &head(&heads);
+        study.claims.iter().for_each(|claim| text += &row(&claim_row(claim, study.name, plan)));
+    }
+    for table in &study.tables {
+        text += &format!("\n{}\n", table.title);
+        text += &markdown(table);
+    }
+    for figure in &study.figures {
+        text += &format!("\n![{}: {}]({PICTURES}/{}.svg)\n", study.title, figure.name, figure.name);
+    }
+    text
+}
+
+fn claim_row(claim: &Claim, study: &str, plan: &Plan) -> Vec<String> {
+    let drawn = |value: String| if claim.runs > 0 { value } else { "-".to_owned() };
+    vec![
+        claim.what.clone(),
+        claim.paper(),
+        claim.ours(),
+        drawn(claim.runs.to_string()),
+        drawn(plan.first_seed.to_string()),
+        format!("`{}`", command(Some(study), plan)),
+        claim.finding.verdict().words().to_owned(),
+        claim.why().to_owned(),
+    ]
+}
+
+fn markdown(table: &Table) -> String {
+    let heads: Vec<&str> = table.columns.iter().map(String::as_str).collect();
+    head(&heads) + &table.rows.iter().map(|cells| row(cells)).collect::<String>()
+}
+
+fn head(heads: &[&str]) -> String {
+    format!("\n| {} |\n|{}\n", heads.join(" | "), "---|".repeat(heads.len()))
+}
+
+fn row(cells: &[String]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// The command that makes a study again, or all.
+fn command(study: Option<&str>, plan: &Plan) -> String {
+    let study = study.map(|study| format!("{study} ")).unwrap_or_default();
+    format!("standoff reproduce {study}{}", options(plan))
+}
+
+fn options(plan: &Plan) -> String {
+    let seed = if plan.first_seed == 1 { String::new() } else { format!(" --seed {}", plan.first_seed) };
+    format!("--runs {}{seed}", plan.runs)
+}
+
+/// The anchor that hosts of Markdown give a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-'));
+    kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::claim::Finding;
+    use super::super::statistics::Estimate;
+    use super::*;
+
+    #[test]
+    fn every_claim_is_a_row_and_one_that_does_not_come_out_stays_with_its_reason() {
+        let claim = |ours| Claim {
+            what: format!("|x| is 1, {ours} here"),
+            unit: "m",
+            finding: Finding::number(1.0, Estimate::exact(ours)),
+            runs: 0,
+            reason: "because of *it*",
+        };
+        let claims = vec![claim(1.0), claim(2.0)];
+        let study = Study { claims, ..Study::new("table-2", "Table II: errors", "About.") };
+        let text = page(&[study], &Plan { runs: 9, first_seed: 3 });
+        for line in [
+            "| \\|x\\| is 1, 1 here | 1.000 m | 1.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | comes out |  |",
+            "| \\|x\\| is 1, 2 here | 1.000 m | 2.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | does not come out | because of *it* |",
+            "| [Table II: errors](#table-ii-errors) | 2 | 1 | 0 | 1 |",
+        ] {
+            assert!(text.contains(line), "{line}\n{text}");
+        }
+    }
+}

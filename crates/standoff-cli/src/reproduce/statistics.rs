@@ -1,0 +1,172 @@
+//! Numbers with intervals, from one value per run, in the order of the runs.
+
+use serde::Serialize;
+use standoff_sim::monte_carlo::student_t_975;
+
+/// Standard normal quantile of 97.5 %.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// A number and the interval in which it lies; not a number where there was nothing to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Estimate {
+    pub(crate) value: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+impl Estimate {
+    /// Computed, without anything drawn.
+    pub(crate) fn exact(value: f64) -> Self {
+        Self { value, low: value, high: value }
+    }
+
+    /// The mean, with its 95 % interval by Student's t.
+    pub(crate) fn mean(values: &[f64]) -> Self {
+        let value = mean(values);
+        let half = student_95(values.len()) * standard_error(values);
+        Self { value, low: value - half, high: value + half }
+    }
+
+    /// By how much of itself the mean of `from` changes on the way to `to`, pair by pair, in percent; 95 % interval of
+    /// the ratio, linearised.
+    pub(crate) fn percent(from: &[f64], to: &[f64]) -> Self {
+        let start = mean(from);
+        let ratio = (mean(to) - start) / start;
+        let rest: Vec<f64> = from.iter().zip(to).map(|(from, to)| to - from - ratio * from).collect();
+        let half = student_95(from.len()) * standard_error(&rest) / start.abs();
+        Self { value: 100.0 * ratio, low: 100.0 * (ratio - half), high: 100.0 * (ratio + half) }
+    }
+
+    /// The share of runs in which something holds, in percent, with Wilson's 95 % interval.
+    pub(crate) fn share(held: impl IntoIterator<Item = bool>) -> Self {
+        let (mut yes, mut n) = (0.0, 0.0);
+        for held in held {
+            yes += f64::from(held);
+            n += 1.0;
+        }
+        let share = yes / n;
+        let (middle, weight) = (share + Z * Z / (2.0 * n), 1.0 + Z * Z / n);
+        let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+        let percent = |bound: f64| 100.0 * bound.clamp(0.0, 1.0);
+        Self { value: 100.0 * share, low: percent((middle - half) / weight), high: percent((middle + half) / weight) }
+    }
+
+    /// The median, and what nine of ten runs lie between.
+    pub(crate) fn middle(values: &[f64]) -> Self {
+        let [low, value, high] = quantiles(values);
+        Self { value, low, high }
+    }
+}
+
+/// The mean; not a number for none.
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The 5, 50 and 95 % quantiles, between the nearest two values in proportion; not numbers for none.
+pub(crate) fn quantiles(values: &[f64]) -> [f64; 3] {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    [0.05, 0.5, 0.95].map(|level| {
+        let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+        let place = level * last as f64;
+        let below = place.floor() as usize;
+        let above = sorted[(below + 1).min(last)];
+        sorted[below] + (above - sorted[below]) * (place - below as f64)
+    })
+}
+
+/// Spearman's rank correlation; `None` where one of the two never changes.
+pub(crate) fn rank_correlation(pairs: &[(f64, f64)]) -> Option<f64> {
+    let (a, b): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
+    let (a, b) = (ranks(&a), ranks(&b));
+    let (mean_a, mean_b) = (mean(&a), mean(&b));
+    let product = |x: &[f64], mean_x: f64, y: &[f64], mean_y: f64| -> f64 {
+        x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum()
+    };
+    let size = (product(&a, mean_a, &a, mean_a) * product(&b, mean_b, &b, mean_b)).sqrt();
+    (size > 0.0).then(|| product(&a, mean_a, &b, mean_b) / size)
+}
+
+/// Ranks from 1; equal values share the middle of theirs.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut first = 0;
+    for tied in order.chunk_by(|&a, &b| values[a] == values[b]) {
+        let rank = first as f64 + 0.5 * (tied.len() as f64 + 1.0);
+        tied.iter().for_each(|&index| ranks[index] = rank);
+        first += tied.len();
+    }
+    ranks
+}
+
+/// Standard error of the mean; not a number for fewer than two values.
+fn standard_error(values: &[f64]) -> f64 {
+    let (mean, n) = (mean(values), values.len() as f64);
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    (squares / ((n - 1.0) * n)).sqrt()
+}
+
+/// Half the width of a 95 % interval of the mean of `n` values, in standard errors; not a number for fewer than two.
+fn student_95(n: usize) -> f64 {
+    if n < 2 { f64::NAN } else { student_t_975(n - 1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(got: f64, expected: f64) {
+        assert!((got - expected).abs() < 1e-3, "{got} instead of {expected}");
+    }
+
+    /// Student's quantiles from printed tables: 2.262 (9 degrees of freedom), 1.984 (99).
+    #[test]
+    fn the_interval_of_a_mean_is_students() {
+        close(student_95(10), 2.262);
+        close(student_95(100), 1.984);
+        let got = Estimate::mean(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        close(got.value, 5.5);
+        close(got.high - got.value, 2.262 * 0.957_427);
+    }
+
+    /// Ratios of pairs that all shrink by 30 % have no spread; the pairing is what counts.
+    #[test]
+    fn a_change_is_measured_pair_by_pair() {
+        let from = [10.0, 20.0, 40.0];
+        let got = Estimate::percent(&from, &from.map(|value| 0.7 * value));
+        close(got.value, -30.0);
+        close(got.high - got.low, 0.0);
+        let shuffled = Estimate::percent(&from, &[28.0, 7.0, 14.0]);
+        assert!(shuffled.value == got.value && shuffled.high > 10.0, "{shuffled:?}");
+    }
+
+    /// Wilson's interval of 8 in 10: 49.0 to 94.3 %; of all of 200: 98.1 to 100 %.
+    #[test]
+    fn a_share_has_wilsons_interval() {
+        let got = Estimate::share((0..10).map(|run| run < 8));
+        close(got.low, 49.016);
+        close(got.high, 94.332);
+        let all = Estimate::share([true; 200]);
+        close(all.low, 98.115);
+        assert_eq!((all.value, all.high), (100.0, 100.0));
+    }
+
+    #[test]
+    fn quantiles_lie_between_values_in_proportion() {
+        assert_eq!(quantiles(&[3.0, 1.0, 2.0]), [1.1, 2.0, 2.9]);
+        assert!(quantiles(&[]).iter().all(|quantile| quantile.is_nan()));
+    }
+
+    #[test]
+    fn ranks_correlate_whatever_the_scale() {
+        let correlation = |pairs: &[(f64, f64)]| rank_correlation(pairs);
+        assert_eq!(correlation(&[(1.0, 1.0), (2.0, 100.0), (3.0, 1e6)]), Some(1.0));
+        assert_eq!(correlation(&[(1.0, 5.0), (2.0, 4.0), (3.0, -1.0)]), Some(-1.0));
+        assert_eq!(correlation(&[(1.0, 5.0), (2.0, 5.0)]), None);
+        // Ties: ranks 1, 2.5, 2.5, 4 against 1, 2, 3, 4.
+        close(correlation(&[(0.0, 0.0), (1.0, 1.0), (1.0, 2.0), (9.0, 3.0)]).unwrap(), 0.948_683);
+    }
+}

@@ -1,0 +1,154 @@
+//! What a study comes to: claims, tables, figures, data.
+
+use std::fs;
+use std::path::Path;
+
+use standoff_view::figures::Figure;
+
+use super::claim::{Claim, shown};
+use crate::failure::Failure;
+
+/// A piece of the paper, reproduced.
+pub(crate) struct Study {
+    /// The argument that asks for it.
+    pub(crate) name: &'static str,
+    /// Its heading.
+    pub(crate) title: &'static str,
+    /// What is done, in a few sentences of Markdown.
+    pub(crate) about: String,
+    pub(crate) claims: Vec<Claim>,
+    pub(crate) tables: Vec<Table>,
+    pub(crate) figures: Vec<Figure>,
+    pub(crate) data: Vec<Data>,
+}
+
+/// A table for people.
+pub(crate) struct Table {
+    pub(crate) title: String,
+    pub(crate) columns: Vec<String>,
+    pub(crate) rows: Vec<Vec<String>>,
+}
+
+/// Numbers for programs: a CSV file.
+pub(crate) struct Data {
+    /// File name without its extension.
+    pub(crate) name: &'static str,
+    pub(crate) columns: Vec<String>,
+    pub(crate) rows: Vec<Vec<f64>>,
+}
+
+impl Study {
+    /// A study that has found nothing yet.
+    pub(crate) fn new(name: &'static str, title: &'static str, about: impl Into<String>) -> Self {
+        let about = about.into();
+        Self { name, title, about, claims: Vec::new(), tables: Vec::new(), figures: Vec::new(), data: Vec::new() }
+    }
+
+    /// Writes the figures and the data.
+    fn save(&self, dir: &Path) -> Result<(), Failure> {
+        save_figures(&self.figures, dir)?;
+        self.data.iter().try_for_each(|data| write(&dir.join(format!("{}.csv", data.name)), &data.csv()))
+    }
+
+    /// The claims as plain text, and the tables.
+    pub(crate) fn text(&self) -> String {
+        let mut text = format!("{}\n", self.title);
+        if !self.claims.is_empty() {
+            let row = |claim: &Claim| {
+                let verdict = claim.finding.verdict().words().to_owned();
+                vec![plain(&claim.what), claim.paper(), claim.ours(), verdict]
+            };
+            text += &columns(&["claim", "paper", "ours", "verdict"], self.claims.iter().map(row).collect());
+        }
+        for table in &self.tables {
+            let heads: Vec<&str> = table.columns.iter().map(String::as_str).collect();
+            text += &format!("\n  {}\n{}", plain(&table.title), columns(&heads, table.rows.clone()));
+        }
+        text
+    }
+}
+
+impl Table {
+    pub(crate) fn new(title: impl Into<String>, columns: &[&str]) -> Self {
+        Self { title: title.into(), columns: columns.iter().map(|column| (*column).to_owned()).collect(), rows: vec![] }
+    }
+
+    /// Adds a row: its name, then numbers.
+    pub(crate) fn row(&mut self, name: impl Into<String>, numbers: impl IntoIterator<Item = f64>) {
+        self.rows.push([name.into()].into_iter().chain(numbers.into_iter().map(shown)).collect());
+    }
+}
+
+impl Data {
+    pub(crate) fn new(name: &'static str, columns: &[&str], rows: Vec<Vec<f64>>) -> Self {
+        Self { name, columns: columns.iter().map(|column| (*column).to_owned()).collect(), rows }
+    }
+
+    /// Numbers in full; one that is missing is an empty field.
+    fn csv(&self) -> String {
+        let field = |value: &f64| if value.is_finite() { value.to_string() } else { String::new() };
+        let row = |row: &Vec<f64>| row.iter().map(field).collect::<Vec<_>>().join(",") + "\n";
+        self.columns.join(",") + "\n" + &self.rows.iter().map(row).collect::<String>()
+    }
+}
+
+/// Writes what an argument asked for: figures, data, and the claims of all its studies.
+pub(crate) fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
+    let mut claims = Vec::new();
+    for study in studies {
+        study.save(dir)?;
+        for claim in &study.claims {
+            let mut value = serde_json::to_value(claim).map_err(Failure::running)?;
+            value["verdict"] = serde_json::to_value(claim.finding.verdict()).map_err(Failure::running)?;
+            claims.push(value);
+        }
+    }
+    let Some(first) = studies.first() else { return Ok(()) };
+    let claims = serde_json::to_string_pretty(&claims).map_err(Failure::running)? + "\n";
+    write(&dir.join(format!("{}.json", first.name)), &claims)
+}
+
+/// Writes figures as SVG.
+pub(crate) fn save_figures(figures: &[Figure], dir: &Path) -> Result<(), Failure> {
+    figures.iter().try_for_each(|figure| write(&dir.join(format!("{}.svg", figure.name)), &figure.svg))
+}
+
+/// Writes a file, and the folders above it.
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, text));
+    made.map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))
+}
+
+/// Markdown without its code marks.
+fn plain(text: &str) -> String {
+    text.replace('`', "")
+}
+
+/// Rows of a table under their heads, aligned.
+fn columns(heads: &[&str], mut rows: Vec<Vec<String>>) -> String {
+    rows.insert(0, heads.iter().map(|head| (*head).to_owned()).collect());
+    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..heads.len()).map(|column| width(column).unwrap_or_default()).collect();
+    let line = |row: &Vec<String>| {
+        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}")).collect();
+        format!("  {}\n", cells.join("  ").trim_end())
+    };
+    rows.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_keep_every_digit_and_leave_out_what_is_missing() {
+        let data = Data::new("made-up", &["a", "b"], vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
+        assert_eq!(data.csv(), "a,b\n0.30000000000000004,\n1,-2.5\n");
+    }
+
+    #[test]
+    fn columns_line_up() {
+        let rows = vec![vec!["long name".to_owned(), "1".to_owned()], vec!["x".to_owned(), "22".to_owned()]];
+        assert_eq!(columns(&["what", "n"], rows), "  what       n\n  long name  1\n  x          22\n");
+    }
+}

@@ -1,0 +1,115 @@
+//! `standoff reproduce` as people meet it: every study runs, the page is a function of the runs, wrong usage is refused.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const STUDIES: [&str; 8] =
+    ["table-2", "figure-6", "figure-7", "figure-8", "figure-9", "figure-10", "figure-11", "errata"];
+
+fn reproduce(folder: &Path, threads: &str, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    command.env("RAYON_NUM_THREADS", threads).current_dir(folder).arg("reproduce").args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Every file under a folder, by its path there.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() {
+            found.extend(files(&entry.path()).into_iter().map(|(path, bytes)| (format!("{name}/{path}"), bytes)));
+        } else {
+            found.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    found
+}
+
+#[test]
+fn every_study_runs_and_the_page_has_the_same_bytes_on_one_thread_and_on_three() {
+    let [one, three] = ["1", "3"].map(|threads| {
+        let folder = tempfile::tempdir().unwrap();
+        let output = reproduce(folder.path(), threads, &["--runs", "3", "--out", "out", "--page", "docs/page.md"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (files(folder.path()), output.stdout)
+    });
+    assert_eq!(one.0.keys().collect::<Vec<_>>(), three.0.keys().collect::<Vec<_>>());
+    for (path, bytes) in &one.0 {
+        assert!(*bytes == three.0[path], "{path} differs between one and three threads");
+        assert!(!path.ends_with(".svg") || bytes.len() < 100_000, "{path} has {} bytes", bytes.len());
+    }
+    assert_eq!(one.1, three.1);
+
+    let page = text(&one.0["docs/page.md"]);
+    for study in STUDIES {
+        let claims: serde_json::Value = serde_json::from_slice(&one.0[&format!("out/{study}.json")]).unwrap();
+        for claim in claims.as_array().unwrap() {
+            let what = claim["what"].as_str().unwrap().replace('|', "\\|");
+            assert!(page.contains(&what), "{study}: {what} is not on the page");
+        }
+        assert!(page.contains(&format!("`standoff reproduce {study} --runs 3`")), "{study}");
+        assert!(study == "errata" || one.0.contains_key(&format!("out/{study}.csv")), "{study} has no data");
+    }
+    let pictures: Vec<&str> = page.split("](").filter_map(|part| part.split_once(".svg)")).map(|part| part.0).collect();
+    assert!(pictures.len() > 10, "{pictures:?}");
+    for picture in pictures {
+        assert!(one.0.contains_key(&format!("docs/{picture}.svg")), "{picture}");
+    }
+}
+
+#[test]
+fn one_study_prints_the_papers_number_beside_ours_and_a_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = reproduce(folder.path(), "2", &["figure-7"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let told = text(&output.stdout);
+    let line = told.lines().find(|line| line.contains("sigma_scale 0.01")).unwrap();
+    assert!(line.contains("90.00 deg (to 10.00 deg)") && line.ends_with("does not come out"), "{line}");
+    let csv = text(&files(folder.path())["standoff-out/reproduce/figure-7.csv"]);
+    assert!(csv.starts_with("sigma_scale,target_m,best_separation_deg,eta_over_eta_at_90_deg\n0.01,0,90,1\n"), "{csv}");
+}
+
+#[test]
+fn another_seed_is_named_on_the_page_and_gives_other_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |seed: &str| {
+        let output = reproduce(folder.path(), "2", &["table-2", "--runs", "2", "--seed", seed]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&files(folder.path())["standoff-out/reproduce/table-2.csv"])
+    };
+    let (first, third) = (table("1"), table("2"));
+    // Run 2 of seed 1 is run 1 of seed 2.
+    assert_eq!(first.lines().nth(2), third.lines().nth(1));
+    assert_ne!(first, third);
+}
+
+#[test]
+fn wrong_usage_is_refused_with_status_2_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("file"), "mine").unwrap();
+    for (args, expected) in [
+        (&["--runs", "0"][..], "0 is not in 2..=1000000"),
+        (&["--runs", "1"], "1 is not in 2..=1000000"),
+        (&["--runs", "many"], "invalid digit"),
+        (
+            &["table-3"],
+            "[possible values: table-2, figure-6, figure-7, figure-8, figure-9, figure-10, figure-11, errata]",
+        ),
+        (&["table-2", "--page", "page.md"], "cannot be used with"),
+        (&["figure-6", "--out", "file"], "file: not a folder"),
+    ] {
+        let output = reproduce(folder.path(), "2", args);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+        assert!(message.contains(expected), "{args:?}: {message}");
+    }
+    assert_eq!(files(folder.path()).keys().collect::<Vec<_>>(), ["file"]);
+}

@@ -1,0 +1,157 @@
+//! Charts of studies: any numbers over any others, with bands of quantiles, in the style of a run's figures.
+
+use super::chart::{Area, Chart, Drawn, PX, REFERENCE, UAVS, ink, page, range};
+use super::curve::{Point, usable};
+use super::{Figure, FigureError};
+use plotters::prelude::*;
+use std::convert::Infallible;
+use std::iter::empty;
+
+/// Opacity of a band: curves show through.
+const BAND: f64 = 0.22;
+
+/// A curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Its entry in the legend, of some 24 characters.
+    pub label: String,
+    /// Its colour by number, the same in every plot.
+    pub colour: usize,
+    /// Dashed instead of solid.
+    pub dashed: bool,
+    /// Points `(x, y)`; one that is not finite breaks the curve.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// The area between two curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// Its entry in the legend.
+    pub label: String,
+    /// Its colour by number.
+    pub colour: usize,
+    /// `(x, lowest, highest)`; one that is not finite breaks the band.
+    pub points: Vec<(f64, f64, f64)>,
+}
+
+/// A plot of a page.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Plot {
+    /// Titles of the axes, across and upward.
+    pub axes: [String; 2],
+    /// Areas, below the curves.
+    pub bands: Vec<Band>,
+    /// Curves.
+    pub lines: Vec<Line>,
+    /// Dashed grey levels: limits and values wanted.
+    pub levels: Vec<(f64, String)>,
+    /// Values that the upward axis must show.
+    pub shown: Vec<f64>,
+    /// Values beyond this are drawn at the edge.
+    pub cut: Option<f64>,
+}
+
+/// Draws plots below one another.
+pub fn study(
+    name: &'static str,
+    heading: &str,
+    caption: &str,
+    plots: &[Plot],
+) -> Result<Figure, FigureError<Infallible>> {
+    let each = if plots.len() > 2 { 240 } else { 290 };
+    let draw = |area: &Area| {
+        let areas = area.split_evenly((plots.len().max(1), 1));
+        areas.iter().zip(plots).try_for_each(|(area, plot)| plot.draw(area))
+    };
+    match page(heading, caption, "", 80 + each * plots.len() as u32, draw) {
+        Ok(svg) => Ok(Figure { name, svg }),
+        Err(reason) => Err(FigureError::Draw { figure: name, reason: reason.to_string() }),
+    }
+}
+
+impl Plot {
+    fn draw(&self, area: &Area) -> Drawn {
+        // Not `min`, which would turn a missing value into the edge.
+        let cut = |value: f64| self.cut.filter(|cut| value > *cut).unwrap_or(value);
+        let points = self.lines.iter().flat_map(|line| &line.points).copied();
+        let edges = || self.bands.iter().flat_map(|band| &band.points);
+        let across = points.clone().map(|at| at.0).chain(edges().map(|at| at.0));
+        let upward = points.map(|at| at.1).chain(edges().flat_map(|at| [at.1, at.2])).map(cut);
+        let upward = upward.chain(self.levels.iter().map(|level| level.0)).chain(self.shown.iter().copied());
+        let (across, upward) = (range(across, 1e-6, 0.0), range(upward, 1e-6, 0.04));
+        let mut chart = Chart::new(area, across.clone(), upward, [&self.axes[0], &self.axes[1]])?;
+        for band in &self.bands {
+            let points: Vec<_> = band.points.iter().map(|&(x, low, high)| (x, cut(low), cut(high))).collect();
+            let colour = colour(band.colour).mix(BAND).filled();
+            for run in points.split(|at| usable(at.1).is_none() || usable(at.2).is_none()) {
+                let (low, high) = (run.iter().map(|at| (at.0, at.1)), run.iter().rev().map(|at| (at.0, at.2)));
+                let outline: Vec<Point> = low.chain(high).collect();
+                chart.plot.draw_series((!outline.is_empty()).then(|| Polygon::new(outline, colour)))?;
+            }
+            let sample =
+                move |(x, y)| Rectangle::new([(x, y - 5 * PX as i32), (x + 20 * PX as i32, y + 5 * PX as i32)], colour);
+            let entry = chart.legend.draw_series(empty::<Rectangle<_>>())?;
+            entry.label(band.label.clone()).legend(sample);
+        }
+        for &(value, ref label) in &self.levels {
+            let runs = vec![vec![(across.start, value), (across.end, value)]];
+            chart.line(super::chart::Line {
+                runs,
+                ink: ink(REFERENCE, 1.0),
+                dashed: true,
+                label: Some(label.clone()),
+            })?;
+        }
+        for line in &self.lines {
+            let points: Vec<Point> = line.points.iter().map(|&(x, y)| (x, cut(y))).collect();
+            let runs = points.split(|at| usable(at.0).is_none() || usable(at.1).is_none());
+            let runs = runs.filter(|run| !run.is_empty()).map(<[Point]>::to_vec).collect();
+            let (ink, label) = (ink(colour(line.colour), 1.75), Some(line.label.clone()));
+            chart.line(super::chart::Line { runs, ink, dashed: line.dashed, label })?;
+        }
+        chart.finish()
+    }
+}
+
+fn colour(number: usize) -> RGBColor {
+    UAVS[number % UAVS.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plot(at: f64) -> Plot {
+        let y = [1.0, 2.0, at, 2.0, 1.0];
+        let points = (0..).zip(y).map(|(x, y)| (f64::from(x), y)).collect();
+        let line = Line { label: "a & b".to_owned(), colour: 9, dashed: true, points };
+        let points = (0..).zip(y).map(|(x, y)| (f64::from(x), 0.5 * y, y)).collect();
+        let band = Band { label: "5 to 95 %".to_owned(), colour: 1, points };
+        Plot {
+            axes: ["x".to_owned(), "y".to_owned()],
+            bands: vec![band],
+            lines: vec![line],
+            levels: vec![(1.5, "limit".to_owned())],
+            shown: vec![0.0],
+            cut: Some(100.0),
+        }
+    }
+
+    #[test]
+    fn odd_and_empty_studies_draw_and_the_same_numbers_give_the_same_bytes() {
+        for at in [1.0, f64::NAN, f64::INFINITY, 1e300, -1e12] {
+            let draw = || study("made-up", "heading", "caption <1>", &[plot(at), Plot::default()]).unwrap().svg;
+            let svg = draw();
+            assert!(svg.starts_with("<svg width=\"900\"") && svg.trim_end().ends_with("</svg>"), "{at}");
+            assert!(!svg.contains("NaN") && !svg.contains("inf") && svg.contains("caption &lt;1&gt;"), "{at}");
+            assert_eq!(svg, draw());
+        }
+        assert!(study("empty", "", "", &[]).is_ok());
+    }
+
+    #[test]
+    fn a_value_that_is_missing_breaks_curve_and_band() {
+        let count = |at: f64, what: &str| study("made-up", "", "", &[plot(at)]).unwrap().svg.matches(what).count();
+        assert_eq!(count(f64::NAN, "<polygon"), count(1.0, "<polygon") + 1);
+    }
+}
