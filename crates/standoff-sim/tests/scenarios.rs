@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Targets};
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Targets, built_in};
 
 /// Loads a scenario of this text.
 fn load(text: &str) -> Result<Scenario, String> {
@@ -305,4 +305,44 @@ fn traffic_that_is_no_mission_is_refused_by_its_name() {
     let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
     assert_eq!(error, format!("{}: spans 0.3 s; a mission needs at least one period_s of 0.5 s", traffic.display()));
     check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");
+}
+
+/// `best/*` is `paper/*` but for the improvements and the start.
+#[test]
+fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
+    let improved = [
+        "about",
+        "orbit.margin",
+        "orbit.margin_sds",
+        "orbit.on_membership_change",
+        "orbit.centre",
+        "guidance.lead",
+        "guidance.lead_s",
+        "guidance.speed_reference",
+        "guidance.turn_rate_gain",
+        "guidance.feedforward",
+        "uavs.at",
+        "uavs.ring.radius_m",
+        "uavs.ring.spacing_deg",
+    ];
+    fn flat(prefix: &str, table: &toml::Table, all: &mut std::collections::BTreeMap<String, toml::Value>) {
+        for (key, value) in table {
+            match value {
+                toml::Value::Table(inner) if key != "phase_deg" => flat(&format!("{prefix}{key}."), inner, all),
+                _ => drop(all.insert(format!("{prefix}{key}"), value.clone())),
+            }
+        }
+    }
+    for name in ["table-2-pair", "figure-9"] {
+        let keys = |folder: &str| {
+            let mut all = std::collections::BTreeMap::new();
+            flat("", &toml::from_str(built_in(&format!("{folder}/{name}")).unwrap().text).unwrap(), &mut all);
+            all
+        };
+        let (paper, best) = (keys("paper"), keys("best"));
+        let differ = paper.keys().chain(best.keys()).filter(|key| paper.get(*key) != best.get(*key));
+        for key in differ {
+            assert!(improved.contains(&key.as_str()), "{name}: {key} is no improvement");
+        }
+    }
 }

@@ -31,6 +31,8 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "paper/figure-8",
     "paper/figure-9",
     "paper/figure-9-basic",
+    "best/table-2-pair",
+    "best/figure-9",
 ];
 
 /// Traffic files that built-in scenarios name.

@@ -130,11 +130,12 @@ mod tests {
     use crate::scenario::{CueError, Edits, Noise, Scenario};
     use standoff::{Angle, Displacement, TargetParams};
 
-    /// Table I's sensor, and targets that follow the model.
+    /// Table I's sensor, cues of 20 m and 2 m/s, and targets that follow the model.
     fn rules(acceleration_sd_m_s2: f64) -> Rules {
         let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap();
         let motion = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2 };
-        Rules { motion: Some(motion), ..Rules::of(&scenario.settings) }
+        let cue = CueError { position_sd_m: 20.0, velocity_sd_m_s: 2.0 };
+        Rules { motion: Some(motion), cue, ..Rules::of(&scenario.settings) }
     }
 
     /// A target at the origin, `ranges_and_phases` of the UAVs that detect it, and a track that is off by 3 m and 4 m,
