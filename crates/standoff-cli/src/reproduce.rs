@@ -4,6 +4,7 @@ mod claim;
 mod errata;
 mod flights;
 mod history;
+mod improvements;
 mod missions;
 mod observe;
 mod page;
@@ -12,6 +13,7 @@ mod statistics;
 mod study;
 mod table_2;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, ValueEnum};
@@ -37,6 +39,12 @@ pub(crate) struct Args {
     /// Seed of the first run; the next has the next.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=SEED_MAX))]
     seed: u64,
+    /// Fly the improvements over this traffic file, too; may be given several times.
+    #[arg(long, value_name = "FILE")]
+    traffic: Vec<PathBuf>,
+    /// Number of threads [default: one per core]. The results are the same with any number.
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
     /// Folder for figures (SVG), data (CSV) and claims (JSON).
     #[arg(long, value_name = "DIR", default_value = "standoff-out/reproduce")]
     out: PathBuf,
@@ -74,11 +82,13 @@ enum Name {
     Figure11,
     /// What is wrong in print.
     Errata,
+    /// What this project's improvements gain, one at a time, and how close the best is to what is possible.
+    Improvements,
 }
 
 impl Name {
     /// Runs it.
-    fn reproduce(self, plan: &Plan) -> Result<Vec<Study>, Failure> {
+    fn reproduce(self, plan: &Plan, traffic: &[PathBuf]) -> Result<Vec<Study>, Failure> {
         Ok(match self {
             Self::Table2 => vec![table_2::table_2(plan)?],
             Self::Figure6 => vec![separation::figure_6()?],
@@ -88,17 +98,18 @@ impl Name {
             Self::Figure10 => vec![missions::figure_10(plan)?],
             Self::Figure11 => vec![missions::figure_11(plan)?],
             Self::Errata => errata::errata(plan)?,
+            Self::Improvements => vec![improvements::improvements(plan, traffic)?],
         })
     }
 }
 
 pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
-    let plan = Plan { runs: args.runs, first_seed: args.seed };
+    let plan = Plan { runs: args.runs, first_seed: args.seed, threads: args.threads };
     check_folder(&args.out)?;
     let mut studies = Vec::new();
     for name in args.study.as_ref().map_or(Name::value_variants(), std::slice::from_ref) {
         // Whatever fails later, what is done is written and told.
-        let found = name.reproduce(&plan)?;
+        let found = name.reproduce(&plan, &args.traffic)?;
         save(&found, &args.out)?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
         studies.extend(found);

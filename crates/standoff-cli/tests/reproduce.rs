@@ -7,12 +7,12 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const STUDIES: [&str; 8] =
-    ["table-2", "figure-6", "figure-7", "figure-8", "figure-9", "figure-10", "figure-11", "errata"];
+const STUDIES: [&str; 9] =
+    ["table-2", "figure-6", "figure-7", "figure-8", "figure-9", "figure-10", "figure-11", "errata", "improvements"];
 
 fn reproduce(folder: &Path, threads: &str, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    command.env("RAYON_NUM_THREADS", threads).current_dir(folder).arg("reproduce").args(args).output().unwrap()
+    command.current_dir(folder).args(["reproduce", "--threads", threads]).args(args).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {

@@ -226,7 +226,7 @@ pub(crate) fn shown(value: f64) -> String {
 }
 
 /// The same with a sign.
-fn signed(value: f64) -> String {
+pub(crate) fn signed(value: f64) -> String {
     let text = shown(value);
     if text.starts_with('-') { text } else { format!("+{text}") }
 }

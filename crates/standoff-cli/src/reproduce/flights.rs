@@ -1,9 +1,11 @@
 //! Flying one scenario with many seeds, on all cores; results come in the order of the seeds.
 
+use std::num::NonZeroUsize;
 use std::ops::Range;
+use std::path::Path;
 
 use standoff::ParamError;
-use standoff_sim::monte_carlo::each_seed;
+use standoff_sim::monte_carlo::{each_seed, fly_all};
 use standoff_sim::record::Frame;
 use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::{Edits, Scenario, Template};
@@ -21,6 +23,8 @@ pub(crate) struct Plan {
     pub(crate) runs: u32,
     /// The seed of the first; the next has the next.
     pub(crate) first_seed: u64,
+    /// On so many threads; one per core if `None`. Makes no difference but in time.
+    pub(crate) threads: Option<NonZeroUsize>,
 }
 
 impl Plan {
@@ -36,19 +40,51 @@ impl Plan {
         set: &[&str],
         look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
     ) -> Result<Vec<T>, Failure> {
-        let looked = each_seed(&template(scenario, set)?, self.seeds(), None, look);
+        let looked = each_seed(&Flown::of(scenario, set).template()?, self.seeds(), self.threads, look);
         looked.map_err(Failure::running)?.into_iter().collect()
+    }
+
+    /// Flies and scores every seed, in order.
+    pub(crate) fn fly(&self, mission: &Flown, choice: Choice) -> Result<Vec<Metrics>, Failure> {
+        fly_all(&mission.template()?, self.seeds(), choice, self.threads).map_err(Failure::running)
     }
 
     /// The scenario of the first seed.
     pub(crate) fn first(&self, scenario: &str, set: &[&str]) -> Result<Scenario, Failure> {
-        template(scenario, set)?.draw(self.first_seed).map_err(Failure::running)
+        Flown::of(scenario, set).template()?.draw(self.first_seed).map_err(Failure::running)
     }
 }
 
-fn template(scenario: &str, set: &[&str]) -> Result<Template, Failure> {
-    let edits = Edits { set: set.iter().map(|edit| (*edit).to_owned()).collect(), ..Edits::default() };
-    Template::load(scenario, &edits).map_err(Failure::running)
+/// A scenario and what is changed about it.
+#[derive(Debug, Clone)]
+pub(crate) struct Flown {
+    scenario: String,
+    edits: Edits,
+}
+
+impl Flown {
+    /// A built-in scenario with these values set.
+    pub(crate) fn of(scenario: &str, set: &[&str]) -> Self {
+        Self { scenario: scenario.to_owned(), edits: Edits::default() }.and(set)
+    }
+
+    /// Flown over a traffic file, with the settings of `traffic/convoy`.
+    pub(crate) fn over(file: &Path, set: &[&str]) -> Self {
+        let edits = Edits { traffic: Some(file.to_owned()), ..Edits::default() };
+        Self { scenario: "traffic/convoy".to_owned(), edits }.and(set)
+    }
+
+    /// The same with further values set.
+    #[must_use]
+    pub(crate) fn and(&self, set: &[&str]) -> Self {
+        let mut more = self.clone();
+        more.edits.set.extend(set.iter().map(|edit| (*edit).to_owned()));
+        more
+    }
+
+    fn template(&self) -> Result<Template, Failure> {
+        Template::load(&self.scenario, &self.edits).map_err(Failure::input)
+    }
 }
 
 /// Flies a mission and scores it.
@@ -75,7 +111,7 @@ mod tests {
 
     #[test]
     fn results_come_in_the_order_of_the_seeds() {
-        let plan = Plan { runs: 40, first_seed: 7 };
+        let plan = Plan { runs: 40, first_seed: 7, threads: None };
         let seeds = plan.each("tour/01-one-uav", &[], |scenario| Ok(scenario.seed)).map_err(|_| ()).unwrap();
         assert_eq!(seeds, (7..47).collect::<Vec<_>>());
     }

@@ -129,7 +129,7 @@ mod tests {
         };
         let claims = vec![claim(1.0), claim(2.0)];
         let study = Study { claims, ..Study::new("table-2", "Table II: errors", "About.") };
-        let text = page(&[study], &Plan { runs: 9, first_seed: 3 });
+        let text = page(&[study], &Plan { runs: 9, first_seed: 3, threads: None });
         for line in [
             "| \\|x\\| is 1, 1 here | 1.000 m | 1.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | comes out |  |",
             "| \\|x\\| is 1, 2 here | 1.000 m | 2.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | does not come out | because of *it* |",

@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn every_number_and_every_difference_of_the_table_is_a_claim() {
-        let claims = table_2(&Plan { runs: 2, first_seed: 1 }).map_err(|_| ()).unwrap().claims;
+        let claims = table_2(&Plan { runs: 2, first_seed: 1, threads: None }).map_err(|_| ()).unwrap().claims;
         assert_eq!(claims.len(), 14 + 7);
         assert!(claims.iter().all(|claim| claim.runs == 2 && !claim.reason.is_empty()));
     }

@@ -120,6 +120,11 @@ metrics! {
 }
 
 impl Metrics {
+    /// The value of a metric by its name; `None` where there is no such metric or nothing was measured.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        Self::NAMES.iter().position(|known| *known == name).and_then(|index| self.values()[index])
+    }
+
     /// Ratios that are pooled over runs, as the root of the ratio of two means over all runs: ratio, numerator,
     /// denominator. Choosing the ratio chooses all three.
     pub const POOLED: [(&'static str, &'static str, &'static str); 2] = [
