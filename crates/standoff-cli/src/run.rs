@@ -83,10 +83,11 @@ fn fly(scenario: &Scenario, out: &Path) -> Result<Closed, Failure> {
     let manifest = Manifest::new(&scenario.name, scenario.seed, duration.s(), period.s());
     let mut mission = Mission::new(scenario)
         .map_err(|errors| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
-    let mut writer = Writer::create(out, &manifest, &scenario.resolved).map_err(Failure::running)?;
+    let resolved = scenario.resolved().map_err(Failure::input)?;
+    let mut writer = Writer::create(out, &manifest, &resolved).map_err(Failure::running)?;
     let progress = progress(mission.frames());
     while let Some(frame) = mission.frame() {
-        writer.frame(&frame).map_err(Failure::running)?;
+        writer.frame(frame).map_err(Failure::running)?;
         progress.inc(1);
     }
     progress.finish_and_clear();

@@ -211,7 +211,7 @@ fn score(template: &Template, seed: u64, choice: Choice, part: Part) -> Result<M
     let mut scorer = Scorer::new(Rules::of(&scenario.settings), choice);
     while let Some(frame) = mission.frame() {
         if frame.time_us >= from_us {
-            scorer.frame(&frame);
+            scorer.frame(frame);
         }
     }
     Ok(scorer.metrics())

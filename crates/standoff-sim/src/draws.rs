@@ -1,11 +1,15 @@
 //! Randomness by key: what is drawn depends on (seed, stream, object, tick) and on nothing that was drawn before.
 //!
 //! So adding a UAV or a target changes nobody else's noise, and two variants of a scenario meet the same world, draw by
-//! draw.
+//! draw. The words of a key are mixed, one after the other, by SplitMix64's output function, of which every bit depends
+//! on every bit of its input; what comes out starts a SplitMix64 of its own.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
-use standoff::math;
+mod ziggurat;
+
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+use ziggurat::Ziggurat;
 
 /// What a draw is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,48 +26,65 @@ pub enum Stream {
 }
 
 /// All randomness of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Draws {
+    /// The seed, mixed.
     seed: u64,
+    ziggurat: &'static Ziggurat,
 }
 
 impl Draws {
     /// The draws of a seed.
     pub fn new(seed: u64) -> Self {
-        Self { seed }
+        Self { seed: mixed(seed), ziggurat: Ziggurat::get() }
     }
 
     /// The draws for one purpose, object and tick.
     pub fn at(&self, stream: Stream, object: u64, tick: u64) -> Draw {
-        let mut key = [0u8; 32];
-        for (place, word) in key.chunks_exact_mut(8).zip([self.seed, stream as u64, object, tick]) {
-            place.copy_from_slice(&word.to_le_bytes());
-        }
-        Draw(ChaCha8Rng::from_seed(key))
+        let key = mixed(mixed(mixed(self.seed ^ stream as u64) ^ object) ^ tick);
+        Draw { bits: SplitMix64::seed_from_u64(key), ziggurat: self.ziggurat }
     }
+}
+
+fn mixed(word: u64) -> u64 {
+    SplitMix64::seed_from_u64(word).next_u64()
 }
 
 /// A short sequence of random numbers.
 #[derive(Debug, Clone)]
-pub struct Draw(ChaCha8Rng);
+pub struct Draw {
+    bits: SplitMix64,
+    ziggurat: &'static Ziggurat,
+}
 
 impl Draw {
     /// Uniform in [0, 1).
     pub fn uniform(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+        (self.bits.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Two independent standard normals (Box-Muller, on portable elementary functions).
-    pub fn normals(&mut self) -> [f64; 2] {
-        let radius = (-2.0 * math::ln(1.0 - self.uniform())).sqrt();
-        let angle = math::TAU * self.uniform();
-        [radius * math::cos(angle), radius * math::sin(angle)]
+    /// A standard normal.
+    pub fn normal(&mut self) -> f64 {
+        self.ziggurat.normal(&mut self.bits)
+    }
+
+    /// Independent standard normals.
+    pub fn normals<const N: usize>(&mut self) -> [f64; N] {
+        core::array::from_fn(|_| self.normal())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn normals_of(n: u64, key: impl Fn(u64) -> (u64, Stream, u64, u64)) -> Vec<f64> {
+        let normal = |index| {
+            let (seed, stream, object, tick) = key(index);
+            Draws::new(seed).at(stream, object, tick).normal()
+        };
+        (0..n).map(normal).collect()
+    }
 
     #[test]
     fn a_draw_depends_on_every_part_of_its_key_and_on_nothing_else() {
@@ -84,10 +105,10 @@ mod tests {
     #[test]
     fn the_generator_is_pinned() {
         let mut draw = Draws::new(42).at(Stream::Measurement, 7, 9);
-        let got = [draw.uniform(), draw.uniform()];
+        let got = [draw.uniform(), draw.uniform(), draw.normal(), draw.normal()];
         assert_eq!(got, PINNED, "{got:?}");
     }
-    const PINNED: [f64; 2] = [0.324055963018935, 0.9531631695141117];
+    const PINNED: [f64; 4] = [0.26073312662109194, 0.6994719299284348, 0.5026577007152908, -0.8623114835657002];
 
     #[test]
     fn normals_have_the_moments_of_a_standard_normal() {
@@ -106,5 +127,57 @@ mod tests {
         assert!((squares / count - 1.0).abs() < 5.0 * (2.0 / count).sqrt());
         assert!((fourths / count - 3.0).abs() < 5.0 * (96.0 / count).sqrt());
         assert!((product / n as f64).abs() < 5.0 / (n as f64).sqrt());
+    }
+
+    /// Keys that differ by one in one word: neither their normals nor the normals' squares go together.
+    #[test]
+    fn neighbouring_keys_are_independent() {
+        let n = 100_000;
+        let correlation =
+            |a: &[f64], b: &[f64], of: fn(f64) -> f64| a.iter().zip(b).map(|(a, b)| of(*a) * of(*b)).sum::<f64>();
+        let size = |x: f64| (x * x - 1.0) / 2f64.sqrt();
+        let by_tick = |seed, stream, object| normals_of(n, move |tick| (seed, stream, object, tick));
+        let reference = by_tick(7, Stream::Measurement, 3);
+        let neighbours = [
+            by_tick(8, Stream::Measurement, 3),
+            by_tick(7, Stream::Cue, 3),
+            by_tick(7, Stream::Measurement, 4),
+            by_tick(7, Stream::Measurement, 3 | 1 << 32),
+            normals_of(n, |tick| (7, Stream::Measurement, 3, tick + 1)),
+            normals_of(n, |object| (7, Stream::Measurement, object, 3)),
+            normals_of(n, |seed| (seed, Stream::Measurement, 3, 3)),
+        ];
+        for (index, neighbour) in neighbours.iter().enumerate() {
+            for (what, of) in [("values", (|x| x) as fn(f64) -> f64), ("squares", size)] {
+                let sum = correlation(&reference, neighbour, of);
+                assert!(sum.abs() < 5.0 * (n as f64).sqrt(), "neighbour {index}, {what}: {sum}");
+            }
+        }
+    }
+
+    /// One bit more or less anywhere in a key turns every bit of what is drawn over half of the time.
+    #[test]
+    fn every_bit_of_a_key_reaches_every_bit_of_a_draw() {
+        let n = 2_000u64;
+        let bits =
+            |[seed, object, tick]: [u64; 3]| Draws::new(seed).at(Stream::Measurement, object, tick).bits.next_u64();
+        for word in 0..3 {
+            for flipped in (0..64).step_by(3) {
+                let mut turned = [0u32; 64];
+                for index in 0..n {
+                    let key = [index / 100, index % 10, index];
+                    let mut other = key;
+                    other[word] ^= 1 << flipped;
+                    let difference = bits(key) ^ bits(other);
+                    turned.iter_mut().enumerate().for_each(|(bit, count)| *count += (difference >> bit & 1) as u32);
+                }
+                // Six standard errors: four thousand counts are looked at.
+                let allowed = 6.0 * (0.25 * n as f64).sqrt();
+                for count in turned {
+                    let off = f64::from(count) - 0.5 * n as f64;
+                    assert!(off.abs() < allowed, "word {word}, bit {flipped}: {count} of {n}");
+                }
+            }
+        }
     }
 }

@@ -7,9 +7,17 @@ use standoff::{
 use crate::record::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::world::Truth;
 
-/// A frame that holds the truth of an instant and nothing else yet.
-pub(crate) fn frame(now: Time, truth: &[Truth]) -> Frame {
-    let truth = truth.iter().map(|target| {
+/// Makes a frame one that holds the truth of an instant and nothing else yet.
+pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
+    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events } = frame;
+    *time_us = now.us();
+    uavs.clear();
+    rows.clear();
+    tracks.clear();
+    groups.clear();
+    detections.clear();
+    events.clear();
+    rows.extend(truth.iter().map(|target| {
         let (position, velocity) = (target.state.position(), target.state.velocity());
         let [ax, ay] = target.state.acceleration_m_s2();
         TruthRow {
@@ -21,8 +29,7 @@ pub(crate) fn frame(now: Time, truth: &[Truth]) -> Frame {
             ax_m_s2: target.knows_acceleration.then_some(ax),
             ay_m_s2: target.knows_acceleration.then_some(ay),
         }
-    });
-    Frame { time_us: now.us(), truth: truth.collect(), ..Frame::default() }
+    }));
 }
 
 pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: &Step) -> UavRow {
@@ -108,10 +115,12 @@ fn track(known: &Known) -> Option<TrackRow> {
         Status::Lost(_) => return None,
     };
     let estimate = known.track.estimate();
-    let upper = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
-    let mut covariance = [0.0; 21];
-    for (place, (row, column)) in covariance.iter_mut().zip(upper) {
-        *place = estimate.covariance[(row, column)];
+    let (mut covariance, mut place) = ([0.0; 21], 0);
+    for row in 0..6 {
+        for column in row..6 {
+            covariance[place] = estimate.covariance[(row, column)];
+            place += 1;
+        }
     }
     let state = estimate.state.0.into();
     Some(TrackRow {

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use standoff::{Fleet, LookAt, ParamError, Scan, TargetId, Time, UavId, UavState};
+use standoff::{Angle, Cue, Detection, Fleet, LookAt, ParamError, Response, Scan, TargetId, Time, UavId, UavState};
 
 use crate::draws::Draws;
 use crate::record::Frame;
@@ -22,11 +22,15 @@ pub struct Mission<'a> {
     world: World<'a>,
     draws: Draws,
     uavs: Vec<Uav>,
+    /// How they answer commands that are held for a period.
+    response: Response,
     /// The agents: the radio is perfect, so they keep one picture.
     fleet: Fleet,
     cued: BTreeSet<TargetId>,
     tick: i64,
     truth: Vec<Truth>,
+    cues: Vec<Cue>,
+    frame: Frame,
 }
 
 /// Flies a whole mission and scores it, with no record written.
@@ -40,31 +44,45 @@ pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) 
     let mut scorer = Scorer::new(Rules::of(&scenario.settings), choice);
     while go_on() {
         let Some(frame) = mission.frame() else { break };
-        scorer.frame(&frame);
+        scorer.frame(frame);
     }
     Ok(scorer.metrics())
 }
 
-/// A UAV in the world, and where its agent wants its sensor to look.
+/// A UAV in the world, where its agent wants its sensor to look, and what that says.
 struct Uav {
     id: UavId,
     state: UavState,
     look_at: Option<LookAt>,
+    is_out: bool,
+    boresight: Option<Angle>,
+    detections: Vec<Detection>,
 }
 
 impl<'a> Mission<'a> {
     /// A mission at its start.
     pub fn new(scenario: &'a Scenario) -> Result<Self, Vec<ParamError>> {
-        let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav { id: UavId(id), state: *state, look_at: None });
+        let Settings { period, team, .. } = &scenario.settings;
+        let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav {
+            id: UavId(id),
+            state: *state,
+            look_at: None,
+            is_out: false,
+            boresight: None,
+            detections: Vec::new(),
+        });
         Ok(Self {
             scenario,
             world: World::new(scenario),
             draws: Draws::new(scenario.seed),
             uavs: uavs.collect(),
-            fleet: Fleet::new(scenario.settings.team)?,
+            response: team.uav.response(*period),
+            fleet: Fleet::new(*team)?,
             cued: BTreeSet::new(),
             tick: 0,
             truth: Vec::new(),
+            cues: Vec::new(),
+            frame: Frame::default(),
         })
     }
 
@@ -74,18 +92,18 @@ impl<'a> Mission<'a> {
     }
 
     /// Plays one instant and moves on to the next; `None` when the mission is over.
-    pub fn frame(&mut self) -> Option<Frame> {
+    pub fn frame(&mut self) -> Option<&Frame> {
         if self.tick > self.last_tick() {
             return None;
         }
         let now = Time::from_us(self.tick * self.scenario.settings.period.us());
         self.world.look(now, &mut self.truth);
-        let scans = self.scan(now);
-        self.say(now, &scans);
-        let frame = self.decide(now, &scans);
+        self.scan(now);
+        self.say(now);
+        self.decide(now);
         self.world.step();
         self.tick += 1;
-        Some(frame)
+        Some(&self.frame)
     }
 
     /// The first instant is tick 0; then one per whole period.
@@ -95,64 +113,51 @@ impl<'a> Mission<'a> {
     }
 
     /// Every sensor looks where its agent asked it to.
-    fn scan(&self, now: Time) -> Vec<OwnedScan> {
+    fn scan(&mut self, now: Time) {
         let Settings { period, noise, team, .. } = &self.scenario.settings;
-        let scan = |uav: &Uav| {
-            let look_at = uav.look_at.filter(|_| !self.is_out(uav.id, now));
-            let boresight = look_at.map(|look| look.boresight(uav.state.position, *period));
-            let from = (uav.id, uav.state.position);
-            let detections = boresight.map_or_else(Vec::new, |boresight| {
-                sensors::scan(from, boresight, &self.truth, &team.track.sensor, *noise, self.draws, self.tick as u64)
-            });
-            OwnedScan { boresight, detections }
-        };
-        self.uavs.iter().map(scan).collect()
-    }
-
-    fn is_out(&self, uav: UavId, now: Time) -> bool {
-        let mut own = self.scenario.outages.iter().filter(|outage| outage.uav == uav);
-        own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()))
+        for uav in &mut self.uavs {
+            let mut own = self.scenario.outages.iter().filter(|outage| outage.uav == uav.id);
+            uav.is_out = own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
+            let look_at = uav.look_at.filter(|_| !uav.is_out);
+            uav.boresight = look_at.map(|look| look.boresight(uav.state.position, *period));
+            uav.detections.clear();
+            if let Some(boresight) = uav.boresight {
+                let from = (uav.id, uav.state.position);
+                let sensor = &team.track.sensor;
+                let seen = sensors::scan(from, boresight, &self.truth, sensor, *noise, self.draws, self.tick as u64);
+                uav.detections.extend(seen);
+            }
+        }
     }
 
     /// Everybody hears everything of this instant: the scans, and cues of targets that have just appeared.
-    fn say(&mut self, now: Time, scans: &[OwnedScan]) {
-        let mut cues = Vec::new();
+    fn say(&mut self, now: Time) {
+        self.cues.clear();
         for target in &self.truth {
             if self.cued.insert(target.target) {
-                cues.push(sensors::cue(target, now, self.scenario.settings.cue, self.draws));
+                self.cues.push(sensors::cue(target, now, self.scenario.settings.cue, self.draws));
             }
         }
-        let out: Vec<bool> = self.uavs.iter().map(|uav| self.is_out(uav.id, now)).collect();
-        let speaking = self.uavs.iter().zip(scans).zip(out).filter(|(_, out)| !out);
-        self.fleet.hear(now, speaking.map(|((uav, scan), _)| (uav.id, &uav.state, scan.borrow())), &cues);
+        let speaking = self.uavs.iter().filter(|uav| !uav.is_out);
+        let said =
+            speaking.map(|uav| (uav.id, &uav.state, Scan { boresight: uav.boresight, detections: &uav.detections }));
+        self.fleet.hear(now, said, &self.cues);
     }
 
     /// Every agent decides, and its UAV flies its command until the next instant.
-    fn decide(&mut self, now: Time, scans: &[OwnedScan]) -> Frame {
-        let Settings { period, team, .. } = &self.scenario.settings;
-        let mut frame = rows::frame(now, &self.truth);
-        for (uav, scan) in self.uavs.iter_mut().zip(scans) {
-            let step = self.fleet.decide(uav.id, &uav.state);
-            frame.uavs.push(rows::uav(uav.id, &uav.state, scan.boresight, &step));
-            frame.detections.extend(scan.detections.iter().map(|detection| rows::detection(uav.id, detection)));
+    fn decide(&mut self, now: Time) {
+        let Self { frame, fleet, uavs, .. } = self;
+        rows::begin(now, &self.truth, frame);
+        for uav in uavs {
+            let step = fleet.decide(uav.id, &uav.state);
+            frame.uavs.push(rows::uav(uav.id, &uav.state, uav.boresight, &step));
+            frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
             uav.look_at = step.look_at;
-            uav.state = team.uav.step(&uav.state, step.command.command, *period);
+            uav.state = self.response.step(&uav.state, step.command.command);
         }
-        let picture = self.fleet.picture();
-        frame.events.extend(self.fleet.events().iter().map(|event| rows::event(event, picture)));
-        rows::picture(picture, &mut frame);
-        frame
-    }
-}
-
-struct OwnedScan {
-    boresight: Option<standoff::Angle>,
-    detections: Vec<standoff::Detection>,
-}
-
-impl OwnedScan {
-    fn borrow(&self) -> Scan<'_> {
-        Scan { boresight: self.boresight, detections: &self.detections }
+        let picture = fleet.picture();
+        frame.events.extend(fleet.events().iter().map(|event| rows::event(event, picture)));
+        rows::picture(picture, frame);
     }
 }
 
@@ -174,14 +179,15 @@ mod tests {
                 for (mission, lies) in [(&mut honest, false), (&mut lied_to, true)] {
                     let now = Time::from_us(mission.tick * scenario.settings.period.us());
                     mission.world.look(now, &mut mission.truth);
-                    let scans = mission.scan(now);
-                    mission.say(now, &scans);
+                    mission.scan(now);
+                    mission.say(now);
                     if lies {
                         for target in &mut mission.truth {
                             target.state = TargetState(target.state.0 * -3.0);
                         }
                     }
-                    frames.push(mission.decide(now, &scans));
+                    mission.decide(now);
+                    frames.push(mission.frame.clone());
                     mission.world.step();
                     mission.tick += 1;
                 }
@@ -197,7 +203,7 @@ mod tests {
     fn a_mission_has_one_frame_per_period_and_one_more() {
         let scenario = Scenario::load("paper/table-2-single", &Edits::default(), 1).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
-        let frames: Vec<_> = std::iter::from_fn(|| mission.frame()).collect();
+        let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();
         assert_eq!((frames.len(), mission.frames()), (201, 201));
         assert_eq!(frames[200].time_us, 100_000_000);
     }

@@ -1,8 +1,8 @@
 //! Scenarios: one file in, everything a run needs out: typed, drawn, checked, with no option left open.
 //!
 //! A scenario is TOML (see [`mod@file`] for the keys). [`Scenario::load`] reads it, applies what the command line changes,
-//! draws what is given as a distribution, fills in the defaults and checks every range. The result holds its own text
-//! with every value spelt out, which the record keeps.
+//! draws what is given as a distribution, fills in the defaults and checks every range. The result can spell every
+//! value out as text, which the record keeps.
 
 mod builtin;
 mod check;
@@ -46,8 +46,8 @@ pub struct Scenario {
     pub outages: Vec<Outage>,
     /// What to be careful about.
     pub warnings: Vec<String>,
-    /// The scenario with every value spelt out; loading it gives the same run.
-    pub resolved: String,
+    /// Every value spelt out.
+    file: file::ScenarioFile,
 }
 
 /// How a mission is flown: all of a scenario but who is in it.
@@ -132,6 +132,11 @@ impl Scenario {
     pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
         Template::load(name_or_file, edits)?.draw(seed)
     }
+
+    /// The scenario as text with every value spelt out; loading it gives the same run.
+    pub fn resolved(&self) -> Result<String, ScenarioError> {
+        resolve::text(&self.name, &self.file)
+    }
 }
 
 /// A scenario before anything is drawn: one scenario for every seed.
@@ -157,7 +162,7 @@ impl Template {
     /// The scenario before anything is drawn, as TOML in one spelling: with what the command line changed, and with
     /// defaults spelt out. Of a traffic file only the name is in it: see [`Self::traffic_crc32`].
     pub fn text(&self) -> Result<String, ScenarioError> {
-        resolve::text(&self.typed)
+        resolve::text(&self.typed.label, &self.typed.file)
     }
 
     /// A checksum of what was read from the traffic file, whatever its name and form.

@@ -8,7 +8,7 @@ mod surprise;
 use std::collections::BTreeMap;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams};
+use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams, math};
 
 use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::scenario::{CueError, Noise, Settings};
@@ -124,6 +124,12 @@ pub struct Scorer {
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     surprises: Option<Surprises>,
+    /// The targets known at this instant that exist.
+    known: Vec<Known>,
+    /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
+    crew: Vec<Position>,
+    members: Vec<Position>,
+    phases: Vec<Angle>,
 }
 
 impl Scorer {
@@ -158,12 +164,18 @@ impl Scorer {
             surprises: choice
                 .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
                 .then(|| Surprises::new(rules)),
+            known: Vec::new(),
+            crew: Vec::new(),
+            members: Vec::new(),
+            phases: Vec::new(),
         }
     }
 
     /// Takes in the next frame.
     pub fn frame(&mut self, frame: &Frame) {
         let wanted = self.wanted;
+        self.known.clear();
+        self.known.extend(known(frame));
         if wanted.estimates || wanted.consistency {
             self.tracks(frame);
         }
@@ -201,7 +213,7 @@ impl Scorer {
             innovations.frame(frame);
         }
         if let Some(surprises) = &mut self.surprises {
-            surprises.frame(frame);
+            surprises.frame(frame, &self.known);
         }
     }
 
@@ -260,35 +272,36 @@ impl Scorer {
     /// Radii, phases and distances of the UAVs on one orbit.
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
         let settled = frame.time_us as f64 / 1e6 >= self.rules.settle_s;
-        let crew: Vec<&UavRow> = frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).collect();
-        for uav in &crew {
-            let centre = Position::from_m(group.x_m, group.y_m);
-            let error_m = (at(uav).distance_m(centre) - group.standoff_distance_m).abs();
+        self.crew.clear();
+        self.crew.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
+        let centre = Position::from_m(group.x_m, group.y_m);
+        for (index, uav) in self.crew.iter().enumerate() {
+            let error_m = (uav.distance_m(centre) - group.standoff_distance_m).abs();
             self.distance.add(group.standoff_distance_m);
             self.tracking.add(error_m);
             if settled {
                 self.tracking_settled.add(error_m);
             }
-        }
-        for (index, uav) in crew.iter().enumerate() {
-            for other in &crew[index + 1..] {
-                let distance_m = at(uav).distance_m(at(other));
+            for other in &self.crew[index + 1..] {
+                let distance_m = uav.distance_m(*other);
                 self.separation_min_m = Some(self.separation_min_m.map_or(distance_m, |least| least.min(distance_m)));
             }
         }
 
-        let members: Vec<Position> = on_orbit(frame, group.group).map(position).collect();
-        let Some(centroid) = centroid(&members) else { return };
-        let standoff_m = standoff_m(&self.rules, &members, centroid, 0.0);
-        for uav in &crew {
-            let error_m = (at(uav).distance_m(centroid) - standoff_m).abs();
+        self.members.clear();
+        self.members.extend(on_orbit(&self.known, group.group));
+        let Some(centroid) = centroid(&self.members) else { return };
+        let standoff_m = standoff_m(&self.rules, &self.members, centroid, 0.0);
+        for uav in &self.crew {
+            let error_m = (uav.distance_m(centroid) - standoff_m).abs();
             self.standoff.add(error_m);
             if settled {
                 self.standoff_settled.add(error_m);
             }
         }
-        let phases: Vec<Angle> = crew.iter().map(|uav| (at(uav) - centroid).direction()).collect();
-        if let Some(error_deg) = phase_error_deg(&phases, self.rules.separation_rad) {
+        self.phases.clear();
+        self.phases.extend(self.crew.iter().map(|uav| (*uav - centroid).direction()));
+        if let Some(error_deg) = phase_error_deg(&self.phases, self.rules.separation_rad) {
             self.phase_deg.add(error_deg);
         }
     }
@@ -297,10 +310,17 @@ impl Scorer {
     fn lines_of_sight(&mut self, frame: &Frame) {
         for uav in &frame.uavs {
             let (Some(boresight), Some(group)) = (uav.boresight_rad, uav.group) else { continue };
-            let boresight = Angle::from_rad(boresight);
-            let off_deg =
-                |member: &TruthRow| ((position(member) - at(uav)).direction() - boresight).abs_rad().to_degrees();
-            let Some(largest_deg) = in_duty(frame, group).map(off_deg).reduce(f64::max) else { continue };
+            let (sin, cos) = math::sin_cos(boresight);
+            // Along the boresight and across it: the member with the largest angle between them.
+            let off = |member: Position| {
+                let member_rel_uav = member - at(uav);
+                let (x, y) = (member_rel_uav.x_m(), member_rel_uav.y_m());
+                (cos * x + sin * y, (cos * y - sin * x).abs())
+            };
+            let is_larger = |a: (f64, f64), b: (f64, f64)| a.1 * b.0 > b.1 * a.0;
+            let largest = in_duty(&self.known, group).map(off).reduce(|a, b| if is_larger(b, a) { b } else { a });
+            let Some((along, across)) = largest else { continue };
+            let largest_deg = math::atan2(across, along).to_degrees();
             self.line_of_sight_deg.add(largest_deg);
             self.line_of_sight_max_deg =
                 Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
@@ -406,16 +426,32 @@ fn centroid(positions: &[Position]) -> Option<Position> {
     (!positions.is_empty()).then(|| Position::from_m(sum.0 / n, sum.1 / n))
 }
 
-/// The true states of the existing targets that a group has to keep in view: those in dwell to it are not its duty yet.
-fn in_duty(frame: &Frame, group: u32) -> impl Iterator<Item = &TruthRow> {
-    let of_group = frame.tracks.iter().filter(move |track| track.group == Some(group));
-    of_group.filter_map(|track| truth_of(frame, track.target))
+/// A known target that exists: where it really is, and the groups of its track.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    position: Position,
+    group: Option<u32>,
+    to_group: Option<u32>,
 }
 
-/// The true states of the existing targets that a group's orbit goes about, those in dwell from and to it included.
-fn on_orbit(frame: &Frame, group: u32) -> impl Iterator<Item = &TruthRow> {
-    let of_group = frame.tracks.iter().filter(move |track| [track.group, track.to_group].contains(&Some(group)));
-    of_group.filter_map(|track| truth_of(frame, track.target))
+/// The known targets that exist. Tracks and truth come in the same order: walked side by side.
+fn known(frame: &Frame) -> impl Iterator<Item = Known> {
+    let mut truths = frame.truth.iter().peekable();
+    frame.tracks.iter().filter_map(move |track| {
+        while truths.next_if(|truth| truth.target < track.target).is_some() {}
+        let truth = truths.peek().filter(|truth| truth.target == track.target)?;
+        Some(Known { position: position(truth), group: track.group, to_group: track.to_group })
+    })
+}
+
+/// Where the existing targets are that a group has to keep in view: those in dwell to it are not its duty yet.
+fn in_duty(known: &[Known], group: u32) -> impl Iterator<Item = Position> {
+    known.iter().filter(move |known| known.group == Some(group)).map(|known| known.position)
+}
+
+/// Where the existing targets are that a group's orbit goes about, those in dwell from and to it included.
+fn on_orbit(known: &[Known], group: u32) -> impl Iterator<Item = Position> {
+    known.iter().filter(move |known| [known.group, known.to_group].contains(&Some(group))).map(|known| known.position)
 }
 
 fn truth_of(frame: &Frame, target: u32) -> Option<&TruthRow> {

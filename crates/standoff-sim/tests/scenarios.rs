@@ -41,8 +41,8 @@ fn every_built_in_scenario_loads_without_a_warning() {
 fn the_resolved_scenario_resolves_to_itself() {
     for scenario in BUILT_IN.iter().filter(|scenario| !scenario.name.starts_with("traffic/")) {
         let first = Scenario::load(scenario.name, &Edits::default(), 9).unwrap();
-        let again = load(&first.resolved).unwrap();
-        assert_eq!(again.resolved, first.resolved, "{}", scenario.name);
+        let again = load(&first.resolved().unwrap()).unwrap();
+        assert_eq!(again.resolved().unwrap(), first.resolved().unwrap(), "{}", scenario.name);
         assert_eq!((again.settings.team, again.uavs), (first.settings.team, first.uavs));
     }
 }
@@ -210,12 +210,12 @@ fn the_reference_page_has_every_key() {
     };
     let on_page: Vec<String> = blocks.iter().flat_map(|block| keys(block)).collect();
     for block in &blocks[..3] {
-        let resolved = load(block).unwrap().resolved;
+        let resolved = load(block).unwrap().resolved().unwrap();
         for key in keys(&resolved) {
             assert!(on_page.contains(&key), "{key} is not on the page");
         }
     }
-    let traffic = Scenario::load("traffic/convoy", &set(&["traffic.gap_s=1.25"]), 1).unwrap().resolved;
+    let traffic = Scenario::load("traffic/convoy", &set(&["traffic.gap_s=1.25"]), 1).unwrap().resolved().unwrap();
     for key in keys(&traffic) {
         assert!(on_page.contains(&key), "{key} is not on the page");
     }
@@ -292,7 +292,7 @@ fn a_mistake_is_reported_once_and_the_command_line_is_blamed_for_its_own() {
 #[test]
 fn a_printed_or_recorded_traffic_scenario_still_finds_the_built_in_traffic() {
     let scenario = Scenario::load("traffic/convoy", &Edits::default(), 1).unwrap();
-    let again = load(&scenario.resolved).unwrap();
+    let again = load(&scenario.resolved().unwrap()).unwrap();
     assert_eq!((again.settings, again.uavs), (scenario.settings, scenario.uavs));
 }
 

@@ -54,6 +54,11 @@ impl Angle {
     pub fn sin(self) -> f64 {
         math::sin(self.0)
     }
+
+    /// Sine and cosine.
+    pub fn sin_cos(self) -> (f64, f64) {
+        math::sin_cos(self.0)
+    }
 }
 
 impl Add for Angle {

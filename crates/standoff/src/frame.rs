@@ -68,7 +68,8 @@ impl Displacement {
 
     /// From a length in metres and a direction.
     pub fn from_polar(length_m: f64, direction: Angle) -> Self {
-        Self(Vector2::new(length_m * direction.cos(), length_m * direction.sin()))
+        let (sin, cos) = direction.sin_cos();
+        Self(Vector2::new(length_m * cos, length_m * sin))
     }
 
     /// East, m.
@@ -108,7 +109,8 @@ impl Velocity {
 
     /// From a speed in m/s and a direction.
     pub fn from_polar(speed_m_s: f64, direction: Angle) -> Self {
-        Self(Vector2::new(speed_m_s * direction.cos(), speed_m_s * direction.sin()))
+        let (sin, cos) = direction.sin_cos();
+        Self(Vector2::new(speed_m_s * cos, speed_m_s * sin))
     }
 
     /// East, m/s.

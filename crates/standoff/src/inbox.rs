@@ -123,7 +123,9 @@ impl Inbox {
         let of_late = self.slots.iter().filter(move |slot| now - slot.report.time <= TEAMMATE_TIMEOUT);
         of_late.map(move |slot| {
             let Report { uav, time, mut state, boresight, .. } = slot.report;
-            state.position = state.position + state.velocity() * (now - time).s();
+            if time < now {
+                state.position = state.position + state.velocity() * (now - time).s();
+            }
             Teammate { uav, state, boresight: boresight.filter(|_| time == now) }
         })
     }
@@ -136,8 +138,10 @@ pub(crate) fn copy_report(from: &Report, to: &mut Report) {
     (to.time, to.state, to.boresight) = (*time, *state, *boresight);
     to.detections.clear();
     to.detections.extend(detections.iter().filter(|detection| detection.is_sound()));
-    to.detections.sort_by_key(|detection| detection.target);
-    to.detections.dedup_by_key(|detection| detection.target);
+    if !to.detections.is_sorted_by(|a, b| a.target < b.target) {
+        to.detections.sort_by_key(|detection| detection.target);
+        to.detections.dedup_by_key(|detection| detection.target);
+    }
 }
 
 #[cfg(test)]

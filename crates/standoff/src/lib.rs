@@ -51,4 +51,4 @@ pub use sensor::{RangeBearing, SensorParams};
 pub use target::{TargetId, TargetParams, TargetState, Transition};
 pub use team::TeamParams;
 pub use time::{Duration, Time};
-pub use uav::{Command, Integrator, LimitedCommand, UavId, UavParams, UavState};
+pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

@@ -55,6 +55,8 @@ pub(crate) struct News<'a> {
 pub(crate) struct Scratch {
     /// Everything measured at this instant, by target then UAV.
     sightings: Vec<Sighting>,
+    /// How many of them are of targets without a track.
+    unknown: usize,
     looks: Vec<Look>,
     /// The team now, and whom each serves.
     pub(crate) on_duty: Vec<OnDuty>,
@@ -150,29 +152,34 @@ impl Picture {
         };
         // Targets, sightings and the targets before come in the same order: walked side by side.
         let (mut sightings, mut olds) = (scratch.sightings.as_slice(), previous.known.as_slice());
+        scratch.unknown = scratch.sightings.len();
         for known in &mut self.known {
-            let before = known.track;
-            take_looks(before.target, &mut sightings, &mut scratch.looks);
-            olds = &olds[olds.iter().take_while(|old| old.track.target < before.target).count()..];
+            let (target, status) = (known.track.target, known.track.status);
+            take_looks(target, &mut sightings, &mut scratch.looks);
+            scratch.unknown -= scratch.looks.len();
+            olds = &olds[olds.iter().take_while(|old| old.track.target < target).count()..];
             // A track that a cue has just started is at this instant already.
-            let old = olds.first().filter(|old| old.track.target == before.target);
+            let old = olds.first().filter(|old| old.track.target == target);
             let was_alive = old.is_some_and(|old| !old.track.is_lost());
-            let step = if was_alive || before.is_lost() { news.transition } else { news.no_time };
-            known.track = before.advance(step, &scratch.looks, should_be_seen, &params.track);
-            let kind = match (before.status, known.track.status) {
+            let step = if was_alive || known.track.is_lost() { news.transition } else { news.no_time };
+            known.track.advance(step, &scratch.looks, should_be_seen, &params.track);
+            let kind = match (status, known.track.status) {
                 (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,
                 (TrackStatus::Lost(_), _) => EventKind::Reacquired,
                 (_, TrackStatus::Lost(reason)) => EventKind::Lost(reason),
                 (TrackStatus::Cued, TrackStatus::Held) => EventKind::Acquired,
                 _ => continue,
             };
-            let event = Event::of_target(kind, before.target, known.group());
+            let event = Event::of_target(kind, target, known.group());
             scratch.events.push(Event { to: known.receiving_group(), ..event });
         }
     }
 
     /// Detections of targets that nobody handed over start tracks of their own.
     fn start_unknown(&mut self, params: &TeamParams, scratch: &mut Scratch) {
+        if scratch.unknown == 0 {
+            return;
+        }
         let (mut sightings, mut index) = (scratch.sightings.as_slice(), 0);
         while let Some(sighting) = sightings.first() {
             take_looks(sighting.target, &mut sightings, &mut scratch.looks);
@@ -300,7 +307,10 @@ fn gather_sightings(inbox: &Inbox, sightings: &mut Vec<Sighting>) {
             look: Look { uav: report.state.position, measurement: detection.measurement },
         }));
     }
-    sightings.sort_unstable_by_key(|sighting| (sighting.target, sighting.uav));
+    let key = |sighting: &Sighting| (sighting.target, sighting.uav);
+    if !sightings.is_sorted_by_key(key) {
+        sightings.sort_unstable_by_key(key);
+    }
 }
 
 /// Everything measured of one target at this instant, by ascending UAV. Leaves in `sightings` those of later targets.

@@ -58,9 +58,14 @@ impl SensorParams {
 
     /// The target lies within half the field of view of the boresight, and within sensing range.
     pub fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
-        let target_rel_uav = target - uav;
-        target_rel_uav.length_m() <= self.sensing_range_m
-            && (target_rel_uav.direction() - boresight).abs_rad() <= self.half_view_rad()
+        self.look(uav, boresight, target).is_some()
+    }
+
+    /// The noise-free measurement of a target that is [in view](Self::in_view).
+    pub fn look(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearing> {
+        let z = measure(uav, target);
+        let is_in_view = z.range_m <= self.sensing_range_m && (z.bearing - boresight).abs_rad() <= self.half_view_rad();
+        is_in_view.then_some(z)
     }
 
     /// Like [`in_view`](Self::in_view), but with `clearance_m` to spare in every direction.
@@ -119,7 +124,11 @@ pub fn measure(uav: Position, target: Position) -> RangeBearing {
 /// Implements the H of Eq. (10), (11).
 pub fn jacobian(uav: Position, target: Position) -> Option<Matrix2<f64>> {
     let target_rel_uav = target - uav;
-    let range_m = target_rel_uav.length_m();
+    jacobian_at(target_rel_uav.length_m(), target_rel_uav)
+}
+
+/// The same where the range is known already.
+pub(crate) fn jacobian_at(range_m: f64, target_rel_uav: Displacement) -> Option<Matrix2<f64>> {
     if range_m.is_nan() || range_m < RANGE_MIN_M {
         return None;
     }

@@ -10,7 +10,7 @@
 //! it is the exact one for white jerk of density 2 a sigma_a^2, Q = 2 a sigma_a^2 int_0^T g(s) g(s)' ds with g the
 //! third column of F_1.
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use crate::frame::{Position, Velocity};
 use crate::math;
@@ -108,35 +108,43 @@ pub struct Transition {
 }
 
 impl Transition {
+    /// F_1 times a position, velocity and acceleration.
+    fn moved(&self, [x, v, u]: [f64; 3]) -> [f64; 3] {
+        // F_1 is zero below its diagonal and one on it but for the last place: few products are left.
+        let (t, a, b, c) = (self.f[(0, 1)], self.f[(0, 2)], self.f[(1, 2)], self.f[(2, 2)]);
+        [x + t * v + a * u, v + b * u, c * u]
+    }
+
     /// The state after the step, without noise.
     ///
     /// Implements Eq. (5).
     pub fn predict(&self, state: &TargetState) -> TargetState {
-        let x: Vector3<f64> = self.f * state.0.fixed_rows::<3>(0);
-        let y: Vector3<f64> = self.f * state.0.fixed_rows::<3>(3);
-        TargetState(Vector6::new(x[0], x[1], x[2], y[0], y[1], y[2]))
+        let [x, vx, ax, y, vy, ay]: [f64; 6] = state.0.into();
+        let ([x, vx, ax], [y, vy, ay]) = (self.moved([x, vx, ax]), self.moved([y, vy, ay]));
+        TargetState(Vector6::new(x, vx, ax, y, vy, ay))
     }
 
-    /// F P F' + Q, symmetric to the bit.
-    pub fn predict_covariance(&self, p: &Matrix6<f64>) -> Matrix6<f64> {
-        // F is zero below its diagonal and one on it but for the last place: few products are left.
-        let (t, a, b, c) = (self.f[(0, 1)], self.f[(0, 2)], self.f[(1, 2)], self.f[(2, 2)]);
-        let moved = |x: f64, v: f64, u: f64| [x + t * v + a * u, v + b * u, c * u];
-        let mut predicted = Matrix6::zeros();
-        for (row, column) in [(0, 0), (0, 3), (3, 3)] {
-            let rows: [[f64; 3]; 3] = core::array::from_fn(|j| {
-                moved(p[(row, column + j)], p[(row + 1, column + j)], p[(row + 2, column + j)])
-            });
-            for i in 0..3 {
-                let entries = moved(rows[0][i], rows[1][i], rows[2][i]);
-                for (j, entry) in entries.into_iter().enumerate().filter(|(j, _)| row != column || *j >= i) {
-                    let noise = if row == column { self.q[(i, j)] } else { 0.0 };
-                    predicted[(row + i, column + j)] = entry + noise;
-                    predicted[(column + j, row + i)] = entry + noise;
-                }
+    /// Makes P F P F' + Q, symmetric to the bit.
+    pub fn predict_covariance(&self, p: &mut Matrix6<f64>) {
+        // Three rows and columns of F P F', by columns.
+        let block = |row: usize, column: usize| -> [[f64; 3]; 3] {
+            let of_row = |i| self.moved([p[(row + i, column)], p[(row + i, column + 1)], p[(row + i, column + 2)]]);
+            let rows = [of_row(0), of_row(1), of_row(2)];
+            let of_column = |j: usize| self.moved([rows[0][j], rows[1][j], rows[2][j]]);
+            [of_column(0), of_column(1), of_column(2)]
+        };
+        let (east, across, north) = (block(0, 0), block(0, 3), block(3, 3));
+        for column in 0..3 {
+            for row in 0..3 {
+                // One triangle speaks for both.
+                let (first, last) = (row.min(column), row.max(column));
+                let noise = self.q[(first, last)];
+                p[(row, column)] = east[last][first] + noise;
+                p[(3 + row, 3 + column)] = north[last][first] + noise;
+                p[(row, 3 + column)] = across[column][row];
+                p[(3 + column, row)] = across[column][row];
             }
         }
-        predicted
     }
 
     /// A lower triangle L with L L' = Q of one axis: three standard normals times L are a draw of eta.
@@ -203,16 +211,17 @@ fn polynomial(series: &[f64], t: f64) -> f64 {
 fn noise_integral(alpha: f64, t: f64) -> Matrix3<f64> {
     let x = alpha * t;
     if x < SERIES_BELOW {
-        return Matrix3::from_fn(|row, column| {
-            let (a, b) = (third_column_series(alpha, row), third_column_series(alpha, column));
-            let mut integral = [0.0; 2 * TERMS];
-            for (i, a) in a.iter().enumerate() {
-                for (j, b) in b.iter().enumerate() {
-                    integral[i + j + 1] += a * b / (i + j + 1) as f64;
-                }
-            }
-            polynomial(&integral, t)
-        });
+        let series = [0, 1, 2].map(|row| third_column_series(alpha, row));
+        let mut integral = Matrix3::zeros();
+        for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+            let (a, b) = (&series[row], &series[column]);
+            // Of the product's powers, those beyond the series' own are below rounding, too.
+            let coefficient = |power: usize| (0..=power).map(|i| a[i] * b[power - i]).sum::<f64>() / (power + 1) as f64;
+            let coefficients: [f64; TERMS] = core::array::from_fn(coefficient);
+            integral[(row, column)] = t * polynomial(&coefficients, t);
+            integral[(column, row)] = integral[(row, column)];
+        }
+        return integral;
     }
     let (e, e2) = (math::exp(-x), math::exp(-2.0 * x));
     let a2 = alpha * alpha;
@@ -312,7 +321,8 @@ mod tests {
             q6.fixed_view_mut::<3, 3>(block, block).copy_from(&t.q);
         }
         let expected = f6 * p * f6.transpose() + q6;
-        let got = t.predict_covariance(&p);
+        let mut got = p;
+        t.predict_covariance(&mut got);
         assert!((got - expected).norm() < 1e-12 * expected.norm());
         assert_eq!(got, got.transpose());
     }

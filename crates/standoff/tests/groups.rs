@@ -201,7 +201,7 @@ proptest! {
                 prop_assert!((25.0..=55.0).contains(&command.speed_m_s) && command.turn_rate_rad_s.abs() <= 0.3);
                 prop_assert_eq!(step.diagnostics.group.is_some(), !picture.groups.is_empty() && picture.crew.iter().any(|duty| duty.uav == UavId(id as u32)));
                 look_at[id] = step.look_at;
-                *state = params.uav.step(state, command, Duration::from_s(0.5));
+                *state = params.uav.response(Duration::from_s(0.5)).step(state, command);
                 prop_assert!(state.is_finite());
             }
         }

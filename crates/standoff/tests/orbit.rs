@@ -54,7 +54,7 @@ impl Flight {
             }
             let steering = steer(&self.guidance, &state, &orbit, self.uav.speed_m_s);
             let wanted = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-            state = self.uav.step(&state, self.uav.limit(wanted).command, Duration::from_s(PERIOD_S));
+            state = self.uav.response(Duration::from_s(PERIOD_S)).step(&state, self.uav.limit(wanted).command);
         }
         settled
     }
@@ -151,7 +151,7 @@ fn a_speed_relative_to_the_centre_keeps_the_phases() {
                 let speed_m_s = ground_speed_m_s(&guidance, uav, &orbit, 40.0);
                 let turn_rate_rad_s = steer(&guidance, uav, &orbit, speed_m_s).turn_rate_rad_s;
                 let limited = team.uav.limit(Command { speed_m_s, turn_rate_rad_s });
-                *uav = team.uav.step(uav, limited.command, Duration::from_s(PERIOD_S));
+                *uav = team.uav.response(Duration::from_s(PERIOD_S)).step(uav, limited.command);
             }
             let next = centre + velocity * PERIOD_S;
             let gap = (pair[1].position - next).direction() - (pair[0].position - next).direction();

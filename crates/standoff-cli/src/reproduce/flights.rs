@@ -96,7 +96,7 @@ pub(crate) fn score(scenario: &Scenario, choice: Choice) -> Result<Metrics, Fail
 pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
     let mut mission = Mission::new(scenario).map_err(refused)?;
     while let Some(frame) = mission.frame() {
-        look(&frame);
+        look(frame);
     }
     Ok(())
 }

@@ -56,6 +56,8 @@ fn section(study: &Study, plan: &Plan) -> String {
         let heads = ["claim", "paper", "ours", "runs", "first seed", "command", "verdict", "why not"];
         text += &head(&heads);
         study.claims.iter().for_each(|claim| text += &row(&claim_row(claim, study.name, plan)));
+    } else {
+        text += &format!("\nFirst seed {}: `{}`.\n", plan.first_seed, command(Some(study.name), plan));
     }
     for table in &study.tables {
         text += &format!("\n{}\n", table.title);

@@ -167,12 +167,12 @@ impl Problems {
         self.add(key.to_owned(), format!("must be {allowed}"));
     }
 
-    /// All of them, if there are any.
-    pub(super) fn report(&mut self, typed: &Typed) -> Result<(), ScenarioError> {
+    /// All of them, if there are any, with the values of `file`: those typed, or drawn from them.
+    pub(super) fn report(&mut self, typed: &Typed, file: &ScenarioFile) -> Result<(), ScenarioError> {
         if self.found.is_empty() {
             return Ok(());
         }
-        let values = toml::Value::try_from(&typed.file).ok();
+        let values = toml::Value::try_from(file).ok();
         let told: Vec<String> = self.found.iter().map(|(key, _)| key.clone()).collect();
         let mut problems = Vec::new();
         for (key, what) in self.found.drain(..) {

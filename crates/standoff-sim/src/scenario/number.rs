@@ -57,7 +57,7 @@ impl Number {
         match *self {
             Self::Constant(value) => value,
             Self::Uniform { min, max } => min + (max - min) * draw.uniform(),
-            Self::Normal { mean, sd } => mean + sd * draw.normals()[0],
+            Self::Normal { mean, sd } => mean + sd * draw.normal(),
         }
     }
 }

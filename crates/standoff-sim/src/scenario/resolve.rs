@@ -1,5 +1,6 @@
 //! From what was typed to what is run: draws, defaults, checks.
 
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,41 +22,41 @@ const PERIOD_S: f64 = 0.5;
 
 /// Draws, fills in and checks.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
-    let mut typed = typed.clone();
+    let mut file = typed.file.clone();
     let draws = Draws::new(seed);
     let mut problems = Problems::default();
-    draw_numbers(&mut typed.file, draws, &mut problems);
-    problems.report(&typed)?;
+    draw_numbers(&mut file, draws, &mut problems);
+    problems.report(typed, &file)?;
 
     if let Some(traffic) = traffic {
-        check_span(&typed, traffic)?;
+        check_span(&file, traffic)?;
     }
-    fill_in(&mut typed.file, traffic.map(Arc::as_ref));
-    let settings = settings(&typed.file);
-    check_who(&mut typed.file, &mut problems);
-    check_settings(&typed.file, &settings.team, &mut problems);
-    problems.report(&typed)?;
+    fill_in(&mut file, traffic.map(Arc::as_ref));
+    let settings = settings(&file);
+    check_who(&mut file, &mut problems);
+    check_settings(&file, &settings.team, &mut problems);
+    problems.report(typed, &file)?;
 
     let targets = match traffic {
         Some(traffic) => Targets::Traffic(Arc::clone(traffic)),
-        None => random_targets(&mut typed.file, draws),
+        None => random_targets(&mut file, draws),
     };
-    let uavs = start::uavs(&mut typed.file, &settings.team, &targets);
-    let outages = typed.file.uavs.outage.iter().map(|outage| Outage {
+    let uavs = start::uavs(&mut file, &settings.team, &targets);
+    let outages = file.uavs.outage.iter().map(|outage| Outage {
         uav: UavId(value(&outage.uav) as u32),
         from_s: value(&outage.from_s),
         until_s: value(&outage.until_s),
     });
     Ok(Scenario {
         name: typed.name.clone(),
-        about: typed.file.about.clone(),
+        about: file.about.clone(),
         seed,
         uavs,
         outages: outages.collect(),
         targets,
         warnings: warnings(&settings.team, settings.period),
-        resolved: text(&typed)?,
         settings,
+        file,
     })
 }
 
@@ -65,7 +66,7 @@ pub(super) fn settings_of_record(mut typed: Typed) -> Result<Settings, ScenarioE
     fill_in(&mut typed.file, None);
     let settings = settings(&typed.file);
     check_settings(&typed.file, &settings.team, &mut problems);
-    problems.report(&typed)?;
+    problems.report(&typed, &typed.file)?;
     Ok(settings)
 }
 
@@ -96,14 +97,14 @@ fn target_model(targets: &file::Targets) -> TargetParams {
 
 /// Every number drawn, in place. A draw depends on the seed and the key alone.
 fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) {
-    let mut draw = |key: String, number: &mut Number| match number.problem() {
-        Some(problem) => problems.add(key, problem),
+    // Most numbers are constants: keys are spelt out for the others only.
+    let mut draw = |key: fmt::Arguments, number: &mut Number| match number.problem() {
+        Some(problem) => problems.add(key.to_string(), problem),
+        None if matches!(number, Number::Constant(_)) => {}
         None => {
-            let mut drawn = number.draw(&mut draws.at(Stream::Scenario, hash(&key), 0));
-            if key.ends_with(".count") && !matches!(number, Number::Constant(_)) {
-                drawn = drawn.round();
-            }
-            *number = Number::Constant(drawn);
+            let key = key.to_string();
+            let drawn = number.draw(&mut draws.at(Stream::Scenario, hash(&key), 0));
+            *number = Number::Constant(if key.ends_with(".count") { drawn.round() } else { drawn });
         }
     };
     let tables = [
@@ -117,38 +118,38 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
     ];
     for (table, numbers) in tables {
         for (key, number) in numbers {
-            draw(format!("{table}.{key}"), number);
+            draw(format_args!("{table}.{key}"), number);
         }
     }
     for (index, at) in file.uavs.at.iter_mut().enumerate() {
         for (key, number) in at.numbers() {
-            draw(format!("uavs.at.{index}.{key}"), number);
+            draw(format_args!("uavs.at.{index}.{key}"), number);
         }
     }
     for (index, outage) in file.uavs.outage.iter_mut().enumerate() {
         for (key, number) in outage.numbers() {
-            draw(format!("uavs.outage.{index}.{key}"), number);
+            draw(format_args!("uavs.outage.{index}.{key}"), number);
         }
     }
     if let Some(targets) = &mut file.targets {
         for (key, number) in targets.numbers() {
-            draw(format!("targets.{key}"), number);
+            draw(format_args!("targets.{key}"), number);
         }
         for (index, at) in targets.at.iter_mut().enumerate() {
             for (key, number) in at.numbers() {
-                draw(format!("targets.at.{index}.{key}"), number);
+                draw(format_args!("targets.at.{index}.{key}"), number);
             }
         }
         for (index, manoeuvre) in targets.manoeuvre.iter_mut().enumerate() {
             for (key, number) in manoeuvre.numbers() {
-                draw(format!("targets.manoeuvre.{index}.{key}"), number);
+                draw(format_args!("targets.manoeuvre.{index}.{key}"), number);
             }
         }
         for (key, number) in targets.scatter.iter_mut().flat_map(|scatter| scatter.numbers()) {
             match key {
-                "count" => draw(format!("targets.scatter.{key}"), number),
+                "count" => draw(format_args!("targets.scatter.{key}"), number),
                 // Drawn once for each target, later; here only looked at.
-                _ => draw(format!("targets.scatter.{key}"), &mut number.clone()),
+                _ => draw(format_args!("targets.scatter.{key}"), &mut number.clone()),
             }
         }
     }
@@ -173,7 +174,7 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
     let gap = file.traffic.iter_mut().map(|traffic| ("traffic.gap_s", &mut traffic.gap_s));
     for (key, number) in optional.into_iter().chain(ring).chain(gap) {
         if let Some(number) = number {
-            draw(key.to_owned(), number);
+            draw(format_args!("{key}"), number);
         }
     }
 }
@@ -220,8 +221,7 @@ pub(super) fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioErr
 }
 
 /// A file shorter than one period is no mission.
-fn check_span(typed: &Typed, traffic: &Traffic) -> Result<(), ScenarioError> {
-    let file = &typed.file;
+fn check_span(file: &ScenarioFile, traffic: &Traffic) -> Result<(), ScenarioError> {
     let span_s = traffic.span_s();
     let period_s = file.period_s.as_ref().map_or(PERIOD_S, value);
     if file.duration_s.is_some() || span_s >= period_s {
@@ -264,8 +264,8 @@ fn random_targets(file: &mut ScenarioFile, draws: Draws) -> Targets {
             let draw = |key: &str, number: Number| {
                 Number::Constant(number.draw(&mut draws.at(Stream::Scenario, hash(key), index + 1)))
             };
-            let mut acceleration = draws.at(Stream::TargetMotion, index, 0).normals();
-            acceleration = acceleration.map(|normal| normal * model.acceleration_sd_m_s2);
+            let acceleration: [f64; 2] = draws.at(Stream::TargetMotion, index, 0).normals();
+            let acceleration = acceleration.map(|normal| normal * model.acceleration_sd_m_s2);
             targets.at.push(TargetAt {
                 x_m: draw("targets.scatter.x_m", scatter.x_m),
                 y_m: draw("targets.scatter.y_m", scatter.y_m),
@@ -306,14 +306,14 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
     warnings
 }
 
-/// The file as it stands now, in one spelling. Paths stay behind: a record says what was flown, not where.
-pub(super) fn text(typed: &Typed) -> Result<String, ScenarioError> {
-    let mut file = typed.file.clone();
+/// A file in which every value is spelt out, as text. Paths stay behind: a record says what was flown, not where.
+pub(super) fn text(name: &str, file: &ScenarioFile) -> Result<String, ScenarioError> {
+    let mut file = file.clone();
     if let Some(traffic) = &mut file.traffic {
         let name = Path::new(&traffic.file).file_name();
         traffic.file = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     }
-    toml::to_string(&file).map_err(|error| ScenarioError::one(&typed.label, None, error.to_string()))
+    toml::to_string(&file).map_err(|error| ScenarioError::one(name, None, error.to_string()))
 }
 
 /// A stable hash of a key (FNV-1a).

@@ -60,7 +60,11 @@ impl Bound {
         }
         for truth in &frame.truth {
             let before = self.covariances.get(&truth.target);
-            let prior = before.map_or(self.cue, |covariance| self.transition.predict_covariance(covariance));
+            let prior = before.map_or(self.cue, |before| {
+                let mut covariance = *before;
+                self.transition.predict_covariance(&mut covariance);
+                covariance
+            });
             let covariance = told.get(&truth.target).map_or(prior, |information| informed(&prior, information));
             self.covariances.insert(truth.target, covariance);
             let track = track_of(frame, truth.target).filter(|track| track.group.is_some());

@@ -82,7 +82,8 @@ struct Foretold {
 
 impl Foretold {
     fn of(track: &TrackRow, transition: &Transition) -> Self {
-        let p = transition.predict_covariance(&covariance(track));
+        let mut p = covariance(track);
+        transition.predict_covariance(&mut p);
         Self {
             position: transition.predict(&TargetState(track.state.into())).position(),
             covariance: Matrix2::new(p[(0, 0)], p[(0, 3)], p[(3, 0)], p[(3, 3)]),

@@ -10,7 +10,7 @@
 
 use standoff::{Duration, Position, TargetState, Transition};
 
-use super::{Mean, Rules, at, centroid, on_orbit, position, standoff_m};
+use super::{Known, Mean, Rules, at, centroid, on_orbit, standoff_m};
 use crate::record::{Frame, GroupRow, TrackRow};
 
 /// Surprises of a run, from `settle_s` on.
@@ -38,17 +38,17 @@ impl Surprises {
         }
     }
 
-    /// Takes in the next frame.
-    pub(super) fn frame(&mut self, frame: &Frame) {
+    /// Takes in the next frame, in which these targets are known and exist.
+    pub(super) fn frame(&mut self, frame: &Frame, known: &[Known]) {
         if frame.time_us as f64 / 1e6 >= self.rules.settle_s {
-            frame.groups.iter().for_each(|group| self.group(frame, group));
+            frame.groups.iter().for_each(|group| self.group(frame, known, group));
         }
         self.before.clone_from(&frame.tracks);
         self.groups_before.clone_from(&frame.groups);
     }
 
     /// A group counts while its members stay the same: that one comes or goes is another matter.
-    fn group(&mut self, frame: &Frame, group: &GroupRow) {
+    fn group(&mut self, frame: &Frame, known: &[Known], group: &GroupRow) {
         let is_on = |track: &&TrackRow| [track.group, track.to_group].contains(&Some(group.group));
         let ids = |tracks: &[TrackRow]| tracks.iter().filter(is_on).map(|track| track.target).collect::<Vec<_>>();
         let Some(old) = self.groups_before.iter().find(|old| old.group == group.group) else { return };
@@ -57,7 +57,7 @@ impl Surprises {
         }
         let foretold = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into())).position();
         let members: Vec<Position> = self.before.iter().filter(is_on).map(foretold).collect();
-        let truths: Vec<Position> = on_orbit(frame, group.group).map(position).collect();
+        let truths: Vec<Position> = on_orbit(known, group.group).collect();
         let (Some(middle), Some(true_middle)) = (centroid(&members), centroid(&truths)) else { return };
 
         let true_m = standoff_m(&self.rules, &truths, true_middle, 0.0);
@@ -81,18 +81,18 @@ mod tests {
     use super::*;
     use crate::run::{Mission, fly};
     use crate::scenario::{Edits, Scenario};
-    use crate::score::Choice;
+    use crate::score::{Choice, known};
 
     fn frames(set: &[&str]) -> (Rules, Vec<Frame>) {
         let edits = Edits { set: set.iter().map(|edit| (*edit).to_owned()).collect(), ..Edits::default() };
         let scenario = Scenario::load("paper/table-2-pair", &edits, 4).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
-        (Rules::of(&scenario.settings), std::iter::from_fn(|| mission.frame()).collect())
+        (Rules::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
     }
 
     fn surprises(rules: Rules, frames: &[Frame]) -> [f64; 2] {
         let mut surprises = Surprises::new(rules);
-        frames.iter().for_each(|frame| surprises.frame(frame));
+        frames.iter().for_each(|frame| surprises.frame(frame, &known(frame).collect::<Vec<_>>()));
         [surprises.truth.value().unwrap(), surprises.own.value().unwrap()]
     }
 

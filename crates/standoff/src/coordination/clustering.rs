@@ -66,6 +66,9 @@ impl Clusters {
     /// Implements Algorithm 1, lines 2 to 9. A position moves only if that brings it nearer by more than `margin_m`; the
     /// paper has none.
     pub fn refine(&mut self, positions: &[Position], k: usize, margin_m: f64) {
+        if k < 2 {
+            return;
+        }
         for _ in 0..ITERATIONS_MAX {
             self.average(positions, k);
             self.measure_safety();

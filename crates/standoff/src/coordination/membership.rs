@@ -78,6 +78,11 @@ impl Known {
         [self.group(), self.receiving_group()].into_iter().flatten()
     }
 
+    /// The group is one of them.
+    pub(crate) fn belongs_to(&self, group: GroupId) -> bool {
+        [self.group(), self.receiving_group()].contains(&Some(group))
+    }
+
     /// Where clustering has put it last: in dwell, the receiving group.
     fn home(&self) -> Option<GroupId> {
         self.receiving_group().or(self.group())
@@ -200,6 +205,9 @@ impl Settling<'_> {
     ///
     /// Implements section IV.B.2, beyond the paper: discarded targets are taken back.
     fn take_in(&mut self) {
+        if !self.known.iter().any(Known::is_outside) {
+            return;
+        }
         let buffers = &mut *self.buffers;
         buffers.centroids.clear();
         for id in &buffers.groups {
@@ -260,6 +268,7 @@ impl Settling<'_> {
     ///
     /// Implements section IV.B.2 and section IV.B.2, convergence rule.
     fn discard(&mut self) {
+        let mut is_changed = false;
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
             let limit_m2_s = -self.params.group.convergence_limit_m2_s;
@@ -271,8 +280,9 @@ impl Settling<'_> {
             });
             if let Some((threshold_m2_s, furthest)) = diverging {
                 self.let_go(id, furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
+                is_changed = true;
             }
-            self.discard_fastest(id);
+            is_changed |= self.discard_fastest(id);
             let allowed_m = self.params.group.standoff.radius_max_m;
             while let Some(need) = self.need(id).filter(|need| need.members() > 1) {
                 let needed_m = need.standoff.unclamped_m;
@@ -280,18 +290,22 @@ impl Settling<'_> {
                     break;
                 }
                 self.let_go(id, need.furthest, EventKind::Discarded { needed_m, allowed_m });
+                is_changed = true;
             }
         }
-        self.fill_roster();
+        if is_changed {
+            self.fill_roster();
+        }
     }
 
-    /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept.
+    /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept. Whether it
+    /// did.
     ///
     /// Beyond section IV.B.2.
-    fn discard_fastest(&mut self, id: GroupId) {
+    fn discard_fastest(&mut self, id: GroupId) -> bool {
         let outrun = self.last(id).map_or(Duration::ZERO, |group| group.outrun);
         if outrun.s() <= self.params.group.convergence_patience_s || self.members(id).count() < 2 {
-            return;
+            return false;
         }
         let speed_m_s = |index: &usize| self.known[*index].speed_m_s();
         let fastest = self.members(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
@@ -299,6 +313,7 @@ impl Settling<'_> {
             let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
             self.let_go(id, fastest, EventKind::DiscardedTooFast { speed_m_s, limit_m_s });
         }
+        fastest.is_some()
     }
 
     /// The group as it was at the last instant.
@@ -313,7 +328,7 @@ impl Settling<'_> {
 
     /// The places of a group's members as they are now.
     fn members(&self, id: GroupId) -> impl Iterator<Item = usize> + Clone {
-        let belongs = move |index: &usize| self.known[*index].groups().any(|group| group == id);
+        let belongs = move |index: &usize| self.known[*index].belongs_to(id);
         self.buffers.roster.of(id).filter(belongs)
     }
 

@@ -1,17 +1,19 @@
 //! What an orbit about a set of targets needs.
 
-use crate::coordination::group::{GroupParams, margin_m, spread_of};
+use crate::coordination::group::{GroupParams, Margin, margin_m, spread_of};
 use crate::coordination::membership::Known;
-use crate::estimation::group_centre::Centroid;
+use crate::estimation::group_centre::{Centroid, mean_state};
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
+use crate::target::TargetState;
 
 /// What an orbit about a set of targets needs, by their centroid. With the printed margin (16) none is taken: it jumps
 /// with every change of members.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Need {
-    centroid: Centroid,
+    members: u32,
+    centroid: TargetState,
     /// The place of the target furthest from the centroid.
     pub(crate) furthest: usize,
     /// The standoff distance.
@@ -26,21 +28,26 @@ impl Need {
         params: &GroupParams,
     ) -> Option<Self> {
         let estimate = |index: usize| known[index].track.estimate();
-        let centroid = Centroid::of(places.clone().map(estimate))?;
-        let centre = centroid.mean.state;
-        let furthest = furthest_from(centre.position(), known, places)?;
-        let margin_m = margin_m(params.margin, 0.0, &centroid, estimate(furthest), centre.position());
-        let standoff = params.standoff.distance(spread_of(&estimate(furthest).state, &centre), margin_m);
-        Some(Self { centroid, furthest, standoff })
+        let (centroid, members) = mean_state(places.clone().map(estimate))?;
+        let centre = centroid.position();
+        let furthest = furthest_from(centre, known, places.clone())?;
+        let margin_m = match params.margin {
+            Margin::Mahalanobis => 0.0,
+            margin @ Margin::StandardDeviations(_) => {
+                margin_m(margin, 0.0, &Centroid::of(places.map(estimate))?, estimate(furthest), centre)
+            }
+        };
+        let standoff = params.standoff.distance(spread_of(&estimate(furthest).state, &centroid), margin_m);
+        Some(Self { members, centroid, furthest, standoff })
     }
 
     /// The centroid.
     pub(crate) fn centre(&self) -> Position {
-        self.centroid.mean.state.position()
+        self.centroid.position()
     }
 
     pub(crate) fn members(&self) -> u32 {
-        self.centroid.members
+        self.members
     }
 
     /// The orbit has room to spare, and the UAVs can follow it (half the limit of the discard by convergence).
@@ -52,7 +59,7 @@ impl Need {
 
     /// The orbit.
     pub(crate) fn orbit(&self) -> Orbit {
-        Orbit::about(&self.centroid.mean.state, &self.standoff, Ramp::from(&self.standoff))
+        Orbit::about(&self.centroid, &self.standoff, Ramp::from(&self.standoff))
     }
 }
 

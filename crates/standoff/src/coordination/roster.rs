@@ -14,9 +14,13 @@ impl Roster {
     pub(crate) fn fill(&mut self, known: &[Known]) {
         self.entries.clear();
         for (index, target) in known.iter().enumerate() {
-            self.entries.extend(target.groups().map(|group| (group, index)));
+            for group in [target.group(), target.receiving_group()].into_iter().flatten() {
+                self.entries.push((group, index));
+            }
         }
-        self.entries.sort_unstable();
+        if !self.entries.is_sorted() {
+            self.entries.sort_unstable();
+        }
     }
 
     /// The places of a group's members among the known targets.

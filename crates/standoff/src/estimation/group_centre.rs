@@ -40,6 +40,12 @@ impl Centroid {
     }
 }
 
+/// The mean of the members' states alone, and their number; `None` for no members.
+pub(crate) fn mean_state<'a>(members: impl Iterator<Item = &'a Estimate>) -> Option<(TargetState, u32)> {
+    let (sum, n) = members.fold((Vector6::zeros(), 0u32), |(sum, n), member| (sum + member.state.0, n + 1));
+    (n > 0).then(|| (TargetState(sum * (1.0 / f64::from(n))), n))
+}
+
 /// The filter of a group's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupCentre {
@@ -63,16 +69,14 @@ impl GroupCentre {
     ///
     /// Implements section II.C. The innovation's distance is Eq. (16) as printed: weighted with the predicted position covariance alone.
     #[must_use]
-    pub fn advance(&self, transition: &Transition, centroid: &Centroid) -> Option<Self> {
-        let predicted = self.filter.predict(transition)?;
+    pub fn advance(mut self, transition: &Transition, centroid: &Centroid) -> Option<Self> {
+        self.filter.predict(transition);
         let measured = centroid.mean.state.position();
-        let innovation_distance = mahalanobis_squared(
-            measured,
-            predicted.estimate().state.position(),
-            &predicted.estimate().position_covariance(),
-        );
-        let contribution = Contribution::of_position(measured, &centroid.mean.position_covariance());
-        Some(Self { filter: predicted.update(&contribution)?, innovation_distance })
+        let predicted = self.filter.estimate();
+        self.innovation_distance =
+            mahalanobis_squared(measured, predicted.state.position(), &predicted.position_covariance());
+        self.filter.update(&Contribution::of_position(measured, &centroid.mean.position_covariance()));
+        self.filter.is_sound().then_some(self)
     }
 
     /// Moves the centre by what a change of members moved the centroid, so that the change is no innovation.
@@ -150,7 +154,8 @@ mod tests {
             let centroid = Centroid::of([member(f64::from(step), 0.0, 16.0)].iter()).unwrap();
             centre = centre.advance(&transition, &centroid).unwrap();
         }
-        let predicted = centre.filter.predict(&transition).unwrap().estimate().position_covariance();
+        centre.filter.predict(&transition);
+        let predicted = centre.filter.estimate().position_covariance();
         let full = predicted + Matrix2::identity() * 16.0;
         let one_sd = Position::from_m(full[(0, 0)].sqrt(), full[(1, 1)].sqrt());
         assert!((mahalanobis_squared(one_sd, Position::ORIGIN, &full) - 2.0).abs() < 1e-9);

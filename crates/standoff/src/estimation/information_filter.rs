@@ -31,8 +31,8 @@ impl Contribution {
     /// Implements the summands of Eq. (10), (11); the bearing's innovation wraps. Nothing where the Jacobian does not
     /// exist.
     pub fn of_measurement(sensor: &SensorParams, uav: Position, z: &RangeBearing, predicted: Position) -> Contribution {
-        let Some(h) = sensor::jacobian(uav, predicted) else { return Contribution::default() };
         let expected = sensor::measure(uav, predicted);
+        let Some(h) = sensor::jacobian_at(expected.range_m, predicted - uav) else { return Contribution::default() };
         let nu = Vector2::new(z.range_m - expected.range_m, (z.bearing - expected.bearing).rad());
         let weighted = h.transpose() * sensor.noise_information();
         Contribution { information: weighted * h, vector: weighted * (nu + h * predicted.vector()) }
@@ -88,7 +88,8 @@ impl InformationFilter {
     /// Starts from an estimate; `None` unless its covariance is positive definite and all is finite.
     pub fn new(estimate: Estimate) -> Option<Self> {
         inverse(&estimate.covariance)?;
-        Self { estimate }.sound()
+        let filter = Self { estimate };
+        filter.is_sound().then_some(filter)
     }
 
     /// Mean and covariance.
@@ -106,44 +107,42 @@ impl InformationFilter {
         inverse(&self.estimate.covariance)
     }
 
-    /// Carries the estimate over a time step. `None` if the numbers do not allow it (overflow).
+    /// Carries the estimate over a time step.
     ///
     /// Implements Eq. (8), (9).
-    #[must_use]
-    pub fn predict(&self, transition: &Transition) -> Option<Self> {
-        let state = transition.predict(&self.estimate.state);
-        let covariance = transition.predict_covariance(&self.estimate.covariance);
-        Self { estimate: Estimate { state, covariance } }.sound()
+    pub fn predict(&mut self, transition: &Transition) {
+        self.estimate.state = transition.predict(&self.estimate.state);
+        transition.predict_covariance(&mut self.estimate.covariance);
     }
 
-    /// Adds what was measured. `None` if the numbers do not allow it (overflow).
+    /// Adds what was measured.
     ///
     /// Implements Eq. (10), (11), for the sum of all UAVs' contributions: what is added to Y has rank two, so by the
     /// matrix inversion lemma P loses `C W C'`, where C are the position columns of P, A its position block, I the
     /// contribution's information and `W = (1 + I A)^-1 I`; and x moves by `C (1 + I A)^-1 (i - I x)`.
-    #[must_use]
-    pub fn update(&self, contribution: &Contribution) -> Option<Self> {
-        let Estimate { state, covariance: p } = &self.estimate;
-        let columns = Matrix6x2::from_columns(&POSITION.map(|column| p.column(column).into_owned()));
+    pub fn update(&mut self, contribution: &Contribution) {
+        let Estimate { state, covariance: p } = &mut self.estimate;
         // One triangle speaks for both, so that P stays symmetric whatever the contribution's rounding.
-        let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|entry| contribution.information[entry]);
-        let information = Matrix2::new(a, b, b, c);
-        let damping = (Matrix2::identity() + information * block(p, POSITION)).try_inverse()?;
+        let of = |row, column| contribution.information[(row, column)];
+        let information = Matrix2::new(of(0, 0), of(0, 1), of(0, 1), of(1, 1));
+        let undamped = Matrix2::identity() + information * block(p, POSITION);
+        let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
+        let damping =
+            Matrix2::new(undamped[(1, 1)], -undamped[(0, 1)], -undamped[(1, 0)], undamped[(0, 0)]) / determinant;
         let mut weight = damping * information;
         weight[(1, 0)] = weight[(0, 1)];
+        let columns: Matrix6x2<f64> = Matrix6x2::from_fn(|row, column| p[(row, POSITION[column])]);
         let lost = columns * weight;
-        let mut covariance = *p;
-        for row in 0..6 {
-            for column in row..6 {
+        for column in 0..6 {
+            for row in 0..=column {
                 let entry =
                     p[(row, column)] - (lost[(row, 0)] * columns[(column, 0)] + lost[(row, 1)] * columns[(column, 1)]);
-                covariance[(row, column)] = entry;
-                covariance[(column, row)] = entry;
+                p[(row, column)] = entry;
+                p[(column, row)] = entry;
             }
         }
-        let told = contribution.vector - information * state.position().vector();
-        let state = TargetState(state.0 + columns * (damping * told));
-        Self { estimate: Estimate { state, covariance } }.sound()
+        let told = damping * (contribution.vector - information * state.position().vector());
+        state.0 += columns * told;
     }
 
     /// The same information about a target displaced by `by`: shifts the mean, keeps the covariance.
@@ -151,22 +150,30 @@ impl InformationFilter {
         Self { estimate: Estimate { state: TargetState(self.estimate.state.0 + by), ..self.estimate } }
     }
 
-    /// Itself, if it is finite and no variance has vanished.
-    fn sound(self) -> Option<Self> {
+    /// All is finite, and no variance has vanished: what was done to it since did not go beyond what numbers can hold.
+    pub fn is_sound(&self) -> bool {
         let Estimate { state, covariance } = &self.estimate;
-        let finite = state.0.iter().chain(covariance.iter()).all(|value| value.is_finite());
-        (finite && (0..6).all(|i| covariance[(i, i)] > 0.0)).then_some(self)
+        let is_positive = (0..6).fold(true, |all, i| all & (covariance[(i, i)] > 0.0));
+        is_positive && are_finite(state.0.as_slice()) && are_finite(covariance.as_slice())
     }
+}
+
+/// All of them, without a branch for each: of what is not finite, all bits of the exponent are set, and one more carries
+/// into the sign.
+fn are_finite(values: &[f64]) -> bool {
+    const ONE_IN_EXPONENT: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
+    let carried = values.iter().fold(0, |any, value| any | (value.abs().to_bits() + ONE_IN_EXPONENT));
+    carried >> 63 == 0
 }
 
 /// Inverse of a symmetric positive definite matrix, symmetric to the bit; `None` if it is not that.
 fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
-    if !matrix.iter().all(|value| value.is_finite()) {
+    if !are_finite(matrix.as_slice()) {
         return None;
     }
     let mut inverse = matrix.cholesky()?.inverse();
     inverse.fill_lower_triangle_with_upper_triangle();
-    inverse.iter().all(|value| value.is_finite()).then_some(inverse)
+    are_finite(inverse.as_slice()).then_some(inverse)
 }
 
 fn block(matrix: &Matrix6<f64>, [a, b]: [usize; 2]) -> Matrix2<f64> {
@@ -229,11 +236,9 @@ mod tests {
         let mut kalman = start();
         for step in 0..200 {
             let t = f64::from(step) * 0.5;
-            filter = filter.predict(&transition()).unwrap();
-            kalman = Estimate {
-                state: transition().predict(&kalman.state),
-                covariance: transition().predict_covariance(&kalman.covariance),
-            };
+            filter.predict(&transition());
+            kalman.state = transition().predict(&kalman.state);
+            transition().predict_covariance(&mut kalman.covariance);
             let truth = Position::from_m(12.0 + 4.0 * t, -30.0 + t);
             let looks: Vec<_> = [0.1 * t, 0.1 * t + 1.5]
                 .into_iter()
@@ -250,7 +255,7 @@ mod tests {
             for (uav, z) in &looks {
                 sum += Contribution::of_measurement(&sensor(), *uav, z, predicted);
             }
-            filter = filter.update(&sum).unwrap();
+            filter.update(&sum);
             kalman = kalman_update(&kalman, &looks);
             let got = filter.estimate();
             assert!((got.state.0 - kalman.state.0).norm() < 1e-9 * kalman.state.0.norm(), "step {step}");
@@ -264,7 +269,8 @@ mod tests {
         let prior = InformationFilter::new(start()).unwrap();
         let (uav, at) = (Position::from_m(300.0, 10.0), prior.estimate().state.position());
         let contribution = Contribution::of_measurement(&sensor(), uav, &sensor::measure(uav, at), at);
-        let posterior = prior.update(&contribution).unwrap();
+        let mut posterior = prior;
+        posterior.update(&contribution);
         let gained = posterior.information_matrix().unwrap() - prior.information_matrix().unwrap();
         assert!((block(&gained, POSITION) - sensor().information(uav, at)).norm() < 1e-12);
         assert!(gained[(1, 1)].abs() < 1e-12);
@@ -282,8 +288,22 @@ mod tests {
         .unwrap();
         let z = RangeBearing { range_m: 400.0, bearing: Angle::from_deg(-179.9) };
         let at = prior.estimate().state.position();
-        let posterior = prior.update(&Contribution::of_measurement(&sensor(), Position::ORIGIN, &z, at)).unwrap();
+        let mut posterior = prior;
+        posterior.update(&Contribution::of_measurement(&sensor(), Position::ORIGIN, &z, at));
         assert!(posterior.estimate().state.position().distance_m(at) < 2.0);
+    }
+
+    #[test]
+    fn one_value_that_is_not_finite_is_found_among_others() {
+        let mut values = [0.0, -1e-310, f64::MAX, f64::MIN, -0.0, 1.0, f64::MIN_POSITIVE];
+        assert!(are_finite(&values));
+        for index in 0..values.len() {
+            for broken in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -f64::NAN] {
+                let whole = core::mem::replace(&mut values[index], broken);
+                assert!(!are_finite(&values), "{broken}");
+                values[index] = whole;
+            }
+        }
     }
 
     #[test]
@@ -301,11 +321,11 @@ mod tests {
         let mut filter = InformationFilter::new(start()).unwrap();
         let uav = Position::from_m(400.0, 0.0);
         for step in 0..20_000 {
-            filter = filter.predict(&transition()).unwrap();
+            filter.predict(&transition());
             if step % 3 == 0 {
                 let at = filter.estimate().state.position();
                 let z = sensor::measure(uav, Position::from_m(3.0, 5.0));
-                filter = filter.update(&Contribution::of_measurement(&sensor(), uav, &z, at)).unwrap();
+                filter.update(&Contribution::of_measurement(&sensor(), uav, &z, at));
             }
             assert_eq!(filter.estimate().covariance, filter.estimate().covariance.transpose());
             assert!(filter.information_matrix().is_some(), "positive definite, step {step}");

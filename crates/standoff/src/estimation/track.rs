@@ -95,9 +95,12 @@ impl Track {
         }
         let position_variance = cue.position_sd_m * cue.position_sd_m;
         let velocity_variance = cue.velocity_sd_m_s * cue.velocity_sd_m_s;
-        let filter = start_filter(cue.position, cue.velocity, position_variance, velocity_variance, params)?;
-        let filter = if cue.time < now { filter.predict(&params.target.transition(now - cue.time))? } else { filter };
-        Some(Self { target: cue.target, status: TrackStatus::Cued, filter, missed: Duration::ZERO })
+        let mut filter = start_filter(cue.position, cue.velocity, position_variance, velocity_variance, params)?;
+        if cue.time < now {
+            filter.predict(&params.target.transition(now - cue.time));
+        }
+        let track = Self { target: cue.target, status: TrackStatus::Cued, filter, missed: Duration::ZERO };
+        filter.is_sound().then_some(track)
     }
 
     /// Starts a track from the first look, and takes in the others; `None` for no looks.
@@ -112,60 +115,53 @@ impl Track {
                 estimate.covariance[(row, column)] = covariance[(i.min(j), i.max(j))];
             }
         }
-        let filter = InformationFilter::new(estimate)?.update(&fused(&params.sensor, others, position))?;
-        Some(Self { target, status: TrackStatus::Held, filter, missed: Duration::ZERO })
+        let mut filter = InformationFilter::new(estimate)?;
+        filter.update(&fused(&params.sensor, others, position));
+        let track = Self { target, status: TrackStatus::Held, filter, missed: Duration::ZERO };
+        filter.is_sound().then_some(track)
     }
 
-    /// The track one instant later: predicted, then updated with every look of that instant.
+    /// Carries the track on by an instant: predicted, then updated with every look of that instant.
     ///
     /// `should_be_seen` judges from the predicted position and its uncertainty (m) whether some sensor had it in plain
     /// view. A lost track starts again from the looks, or stays as it is.
-    #[must_use]
     pub fn advance(
-        &self,
+        &mut self,
         transition: &Transition,
         looks: &[Look],
         should_be_seen: impl Fn(Position, f64) -> bool,
         params: &TrackParams,
-    ) -> Self {
+    ) {
         if self.is_lost() {
-            return Self::from_looks(self.target, looks, params).unwrap_or(*self);
+            *self = Self::from_looks(self.target, looks, params).unwrap_or(*self);
+            return;
         }
-        let Some(predicted) = self.filter.predict(transition) else { return self.lost(LossReason::Diverged) };
+        let before = self.filter;
+        self.filter.predict(transition);
         if looks.is_empty() {
-            return self.coasted(predicted, transition.dt, should_be_seen, params);
+            self.coast(transition.dt, should_be_seen, params);
+        } else {
+            let at = self.filter.estimate().state.position();
+            self.filter.update(&fused(&params.sensor, looks, at));
+            (self.status, self.missed) = (TrackStatus::Held, Duration::ZERO);
         }
-        let at = predicted.estimate().state.position();
-        match predicted.update(&fused(&params.sensor, looks, at)) {
-            Some(filter) => Self { status: TrackStatus::Held, filter, missed: Duration::ZERO, ..*self },
-            None => self.lost(LossReason::Diverged),
+        if !self.filter.is_sound() {
+            (self.filter, self.status) = (before, TrackStatus::Lost(LossReason::Diverged));
         }
     }
 
-    fn coasted(
-        &self,
-        filter: InformationFilter,
-        dt: Duration,
-        should_be_seen: impl Fn(Position, f64) -> bool,
-        params: &TrackParams,
-    ) -> Self {
-        let sd_m = filter.estimate().position_sd_max_m();
-        let mut missed = self.missed;
+    fn coast(&mut self, dt: Duration, should_be_seen: impl Fn(Position, f64) -> bool, params: &TrackParams) {
+        let sd_m = self.estimate().position_sd_max_m();
         // One standard deviation of clearance: the orbit leaves room for that much about its furthest member.
-        if should_be_seen(filter.estimate().state.position(), sd_m) {
-            missed = Duration::from_us(missed.us().saturating_add(dt.us()));
+        if should_be_seen(self.estimate().state.position(), sd_m) {
+            self.missed = Duration::from_us(self.missed.us().saturating_add(dt.us()));
         }
-        let status = match self.status {
+        self.status = match self.status {
             _ if sd_m > params.lost_position_sd_m => TrackStatus::Lost(LossReason::Widened),
-            _ if missed.s() >= params.lost_in_view_s => TrackStatus::Lost(LossReason::Vanished),
+            _ if self.missed.s() >= params.lost_in_view_s => TrackStatus::Lost(LossReason::Vanished),
             TrackStatus::Cued => TrackStatus::Cued,
             _ => TrackStatus::Coasting,
         };
-        Self { status, filter, missed, ..*self }
-    }
-
-    fn lost(&self, reason: LossReason) -> Self {
-        Self { status: TrackStatus::Lost(reason), ..*self }
     }
 
     /// The track has been given up.
@@ -243,6 +239,12 @@ mod tests {
         Look { uav, measurement: measure(uav, truth) }
     }
 
+    fn advanced(track: &Track, looks: &[Look], should_be_seen: bool) -> Track {
+        let mut track = *track;
+        track.advance(&transition(), looks, |_, _| should_be_seen, &params());
+        track
+    }
+
     fn transition() -> Transition {
         params().target.transition(Duration::from_s(0.5))
     }
@@ -251,12 +253,12 @@ mod tests {
     fn a_track_is_cued_then_held_then_coasts() {
         let cued = Track::from_cue(&cue(), &params(), Time::START).unwrap();
         assert_eq!(cued.status, TrackStatus::Cued);
-        let unseen = cued.advance(&transition(), &[], |_, _| false, &params());
+        let unseen = advanced(&cued, &[], false);
         assert_eq!(unseen.status, TrackStatus::Cued);
-        let held = unseen.advance(&transition(), &[look(Position::from_m(110.0, 50.0))], |_, _| true, &params());
+        let held = advanced(&unseen, &[look(Position::from_m(110.0, 50.0))], true);
         assert_eq!(held.status, TrackStatus::Held);
         assert!(held.estimate().position_sd_max_m() < unseen.estimate().position_sd_max_m());
-        let coasting = held.advance(&transition(), &[], |_, _| false, &params());
+        let coasting = advanced(&held, &[], false);
         assert_eq!(coasting.status, TrackStatus::Coasting);
         assert!(coasting.estimate().position_sd_max_m() > held.estimate().position_sd_max_m());
     }
@@ -275,16 +277,16 @@ mod tests {
         let mut track = Track::from_cue(&cue(), &params(), Time::START).unwrap();
         let mut coasted_s = 0.0;
         while !track.is_lost() {
-            track = track.advance(&transition(), &[], |_, _| false, &params());
+            track = advanced(&track, &[], false);
             coasted_s += 0.5;
             assert!(coasted_s < 120.0, "it must be lost one day");
         }
         assert_eq!(track.status, TrackStatus::Lost(LossReason::Widened));
         assert!(coasted_s > 15.0, "lost after {coasted_s} s");
-        let frozen = track.advance(&transition(), &[], |_, _| false, &params());
+        let frozen = advanced(&track, &[], false);
         assert_eq!(frozen, track);
         let truth = Position::from_m(500.0, 500.0);
-        let again = track.advance(&transition(), &[look(truth), look(truth)], |_, _| true, &params());
+        let again = advanced(&track, &[look(truth), look(truth)], true);
         assert_eq!(again.status, TrackStatus::Held);
         assert!(again.estimate().state.position().distance_m(truth) < 1.0);
     }
@@ -295,7 +297,7 @@ mod tests {
         let mut track = held;
         for step in 1..=10 {
             assert!(!track.is_lost(), "step {step}");
-            track = track.advance(&transition(), &[], |_, _| true, &params());
+            track = advanced(&track, &[], true);
         }
         assert_eq!(track.status, TrackStatus::Lost(LossReason::Vanished));
     }

@@ -170,8 +170,8 @@ pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, 
     match params.speed_reference {
         SpeedReference::Ground => speed_m_s,
         SpeedReference::Centre => {
-            let heading = params.field(orbit).heading(uav.position - orbit.centre);
-            moving_centre::at_relative_speed(heading, orbit.centre_velocity, speed_m_s).1
+            let along = params.field(orbit).direction(uav.position - orbit.centre);
+            moving_centre::at_relative_speed(along, orbit.centre_velocity, speed_m_s).1
         }
     }
 }
@@ -183,11 +183,11 @@ pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: 
     let uav_rel_centre = uav.position - orbit.centre;
     let r_m = uav_rel_centre.length_m();
     let field = params.field(orbit);
-    let field_heading = field.heading(uav_rel_centre);
-    let mut flown = moving_centre::over_ground(field_heading, orbit.centre_velocity, speed_m_s);
+    let field_direction = field.direction(uav_rel_centre);
+    let mut flown = moving_centre::over_ground(field_direction, orbit.centre_velocity, speed_m_s);
     if params.speed_reference == SpeedReference::Centre && !flown.centre_too_fast {
         // The same heading, but differentiated at constant speed relative to the centre.
-        flown = moving_centre::at_relative_speed(field_heading, orbit.centre_velocity, flown.relative_speed_m_s).0;
+        flown = moving_centre::at_relative_speed(field_direction, orbit.centre_velocity, flown.relative_speed_m_s).0;
     }
     let motion = if flown.centre_too_fast {
         let over_ground = Velocity::from_polar(speed_m_s, flown.heading);

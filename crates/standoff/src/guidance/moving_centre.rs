@@ -9,6 +9,8 @@
 //! taken) or none: then the UAV flies at its speed towards the point of the ray {v_c + alpha_s v_field, alpha_s >= 0}
 //! nearest to what it can reach, which is where the two cases meet.
 
+use nalgebra::Vector2;
+
 use crate::angle::Angle;
 use crate::frame::Velocity;
 
@@ -26,21 +28,20 @@ pub struct OverGround {
     pub centre_too_fast: bool,
 }
 
-/// The direction in which a UAV at `speed_m_s` (above 0) follows the field's `field_heading` about a centre that moves
-/// at `centre_velocity`.
+/// The direction in which a UAV at `speed_m_s` (above 0) follows a field `along` this unit vector about a centre that
+/// moves at `centre_velocity`.
 ///
 /// Implements Eq. (28), (29).
-pub fn over_ground(field_heading: Angle, centre_velocity: Velocity, speed_m_s: f64) -> OverGround {
-    let along = Velocity::from_polar(1.0, field_heading);
-    let drift = along.vector().dot(&centre_velocity.vector());
-    let centre_speed_m_s = centre_velocity.speed_m_s();
-    let discriminant = drift * drift + speed_m_s * speed_m_s - centre_speed_m_s * centre_speed_m_s;
+pub fn over_ground(along: Vector2<f64>, centre_velocity: Velocity, speed_m_s: f64) -> OverGround {
+    let centre = centre_velocity.vector();
+    let drift = along.dot(&centre);
+    let discriminant = drift * drift + speed_m_s * speed_m_s - centre.dot(&centre);
     // Half the distance between the roots; also the component of the flown velocity along the field.
     let half_gap = discriminant.max(0.0).sqrt();
     let root = half_gap - drift;
     let centre_too_fast = discriminant < 0.0 || root <= 0.0;
     let reach = if centre_too_fast { (-drift).max(0.0) } else { root };
-    let flown = centre_velocity + Velocity::from_polar(reach, field_heading);
+    let flown = Velocity::from(centre + along * reach);
     OverGround {
         heading: flown.direction(),
         relative_speed_m_s: if centre_too_fast { 0.0 } else { root },
@@ -55,19 +56,15 @@ pub fn over_ground(field_heading: Angle, centre_velocity: Velocity, speed_m_s: f
 }
 
 /// The direction in which a UAV flies that keeps the speed `relative_speed_m_s` (at least 0) relative to the centre,
-/// along the field; and its speed over ground, m/s. Whatever the centre's speed, this can be flown, if that fast.
+/// along a field of this unit vector; and its speed over ground, m/s. Whatever the centre's speed, this can be flown, if
+/// that fast.
 ///
 /// Implements Eq. (28) with alpha_s given; what (29) asks of the speed over ground, that varies here.
-pub fn at_relative_speed(
-    field_heading: Angle,
-    centre_velocity: Velocity,
-    relative_speed_m_s: f64,
-) -> (OverGround, f64) {
-    let along = Velocity::from_polar(1.0, field_heading);
-    let flown = centre_velocity + Velocity::from_polar(relative_speed_m_s, field_heading);
+pub fn at_relative_speed(along: Vector2<f64>, centre_velocity: Velocity, relative_speed_m_s: f64) -> (OverGround, f64) {
+    let flown = Velocity::from(centre_velocity.vector() + along * relative_speed_m_s);
     let squared = flown.vector().norm_squared();
     // From differentiating the direction of v_c + s u at constant s: s phi' (v . u) / |v|^2.
-    let per_field = relative_speed_m_s * flown.vector().dot(&along.vector()) / squared;
+    let per_field = relative_speed_m_s * flown.vector().dot(&along) / squared;
     let over_ground = OverGround {
         heading: flown.direction(),
         relative_speed_m_s,
@@ -81,6 +78,10 @@ pub fn at_relative_speed(
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn over_ground(field: Angle, centre_velocity: Velocity, speed_m_s: f64) -> OverGround {
+        super::over_ground(Velocity::from_polar(1.0, field).vector(), centre_velocity, speed_m_s)
+    }
 
     /// Checks Eq. (28), (29): a 3-4-5 triangle; 30 m/s of drift across leaves 40 of 50 m/s along the field.
     #[test]
@@ -98,12 +99,15 @@ mod tests {
         fn a_relative_speed_is_kept(field_deg in -180.0..180.0f64, centre_deg in -180.0..180.0f64, centre in 0.0..35.0f64) {
             let centre_velocity = Velocity::from_polar(centre, Angle::from_deg(centre_deg));
             let field = Angle::from_deg(field_deg);
-            let (got, over_ground_m_s) = at_relative_speed(field, centre_velocity, 40.0);
+            let at_relative_speed = |field: Angle, centre_velocity: Velocity| {
+                super::at_relative_speed(Velocity::from_polar(1.0, field).vector(), centre_velocity, 40.0)
+            };
+            let (got, over_ground_m_s) = at_relative_speed(field, centre_velocity);
             let by_29 = over_ground(field, centre_velocity, over_ground_m_s);
             prop_assert!((by_29.relative_speed_m_s - 40.0).abs() < 1e-9);
             prop_assert!((by_29.heading - got.heading).abs_rad() < 1e-9);
             let h = 1e-6;
-            let turned = |by: f64| at_relative_speed(field + Angle::from_rad(by), centre_velocity, 40.0).0.heading;
+            let turned = |by: f64| at_relative_speed(field + Angle::from_rad(by), centre_velocity).0.heading;
             let slope = (turned(h) - turned(-h)).rad() / (2.0 * h);
             prop_assert!((slope - got.heading_per_field_heading).abs() < 1e-3 * (1.0 + slope.abs()));
         }

@@ -13,7 +13,8 @@
 //! undefined: here it points outward, and due east at the very centre. Erratum: (18) prints the denominator
 //! (r^2 + r_d^2)^2; the power is 1, as (21) has it.
 
-use crate::angle::Angle;
+use nalgebra::Vector2;
+
 use crate::frame::{Displacement, Velocity};
 use crate::math;
 
@@ -57,17 +58,21 @@ impl VectorField {
         ((r_d * r_d - r * r) / self.radial_gain, self.sense.sign() * 2.0 * r * r_d)
     }
 
-    /// Direction of the field at the UAV's position relative to the centre; defined everywhere.
-    pub fn heading(&self, uav_rel_centre: Displacement) -> Angle {
-        let (radial, tangential) = self.components(uav_rel_centre.length_m());
-        uav_rel_centre.direction() + Angle::from_rad(math::atan2(tangential, radial))
+    /// Direction of the field at the UAV's position relative to the centre, a unit vector; defined everywhere.
+    pub fn direction(&self, uav_rel_centre: Displacement) -> Vector2<f64> {
+        let r_m = uav_rel_centre.length_m();
+        let outward = if r_m > 0.0 { uav_rel_centre.vector() / r_m } else { Vector2::x() };
+        let (radial, tangential) = self.components(r_m);
+        let size = math::hypot(radial, tangential);
+        let (radial, tangential) = (radial / size, tangential / size);
+        Vector2::new(outward.x * radial - outward.y * tangential, outward.y * radial + outward.x * tangential)
     }
 
     /// Desired velocity relative to a centre at rest, of magnitude `speed_m_s`.
     ///
     /// Implements Eq. (13), and with `radial_gain` below 1 the direction of (20).
     pub fn velocity(&self, uav_rel_centre: Displacement, speed_m_s: f64) -> Velocity {
-        Velocity::from_polar(speed_m_s, self.heading(uav_rel_centre))
+        (self.direction(uav_rel_centre) * speed_m_s).into()
     }
 
     /// Radial speed of the field before it is rescaled to `speed_m_s`, m/s, positive outward.
@@ -168,10 +173,15 @@ pub fn convergence_threshold_m2_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::angle::Angle;
     use crate::frame::Position;
 
     fn field(radius_m: f64, radial_gain: f64, sense: Sense) -> VectorField {
         VectorField { radius_m, radial_gain, sense }
+    }
+
+    fn heading(field: VectorField, uav_rel_centre: Displacement) -> Angle {
+        field.velocity(uav_rel_centre, 1.0).direction()
     }
 
     fn at(r_m: f64, deg: f64) -> Displacement {
@@ -196,7 +206,7 @@ mod tests {
     #[test]
     fn on_the_circle_the_field_is_tangent_either_way_round() {
         for (sense, expected_deg) in [(Sense::Anticlockwise, 120.0), (Sense::Clockwise, -60.0)] {
-            let heading = field(300.0, 0.2, sense).heading(at(300.0, 30.0));
+            let heading = heading(field(300.0, 0.2, sense), at(300.0, 30.0));
             assert!((heading.deg() - expected_deg).abs() < 1e-9);
         }
     }
@@ -204,8 +214,8 @@ mod tests {
     #[test]
     fn at_the_centre_the_heading_is_finite_and_outward() {
         let f = field(300.0, 1.0, Sense::Anticlockwise);
-        assert_eq!(f.heading(Position::ORIGIN - Position::ORIGIN), Angle::ZERO);
-        assert!((f.heading(at(1e-6, 77.0)).deg() - 77.0).abs() < 1e-3);
+        assert_eq!(heading(f, Position::ORIGIN - Position::ORIGIN), Angle::ZERO);
+        assert!((heading(f, at(1e-6, 77.0)).deg() - 77.0).abs() < 1e-3);
         assert!(f.turn_rate_rad_s(0.0, f.motion_along(0.0, 40.0), 0.0).is_finite());
         let overhead = PolarMotion::of(at(0.0, 0.0), Velocity::from_m_s(3.0, 4.0));
         assert_eq!(overhead, PolarMotion { r_rate_m_s: 5.0, phase_rate_rad_s: 0.0 });
@@ -225,7 +235,7 @@ mod tests {
         assert!(steep.radial_speed_m_s(r, v).abs() > v);
         let tangential = v * 2.0 * r * r_d / (r * r + r_d * r_d);
         let expected = math::atan2(tangential, printed / 0.2);
-        assert!((steep.heading(at(r, 0.0)).rad() - expected).abs() < 1e-12);
+        assert!((heading(steep, at(r, 0.0)).rad() - expected).abs() < 1e-12);
         assert!((steep.velocity(at(r, 0.0), v).speed_m_s() - v).abs() < 1e-12);
     }
 
@@ -242,7 +252,7 @@ mod tests {
                     let h = 1e-4;
                     let heading_at = |t: f64| {
                         let moved = here + f.velocity(here - Position::ORIGIN, v) * t - Position::ORIGIN;
-                        field(300.0 + radius_rate * t, k_l, sense).heading(moved)
+                        heading(field(300.0 + radius_rate * t, k_l, sense), moved)
                     };
                     let difference = (heading_at(h) - heading_at(-h)).rad() / (2.0 * h);
                     let motion = f.motion_along(r, v);

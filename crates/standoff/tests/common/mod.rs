@@ -115,7 +115,7 @@ impl Team {
     pub fn fly(&mut self, _now: Time) {
         let uav = TeamParams::table_1().uav;
         for (state, command) in self.states.iter_mut().zip(&self.commands) {
-            *state = uav.step(state, *command, Duration::from_s(0.5));
+            *state = uav.response(Duration::from_s(0.5)).step(state, *command);
         }
     }
 

@@ -170,6 +170,6 @@ fn numeric_rad_s(r_m: f64) -> f64 {
     let field = VectorField { radius_m: ORBIT_M, radial_gain: 1.0, sense: standoff::Sense::Anticlockwise };
     let here = Position::ORIGIN + Displacement::from_m(r_m, 0.0);
     let velocity = field.velocity(here - Position::ORIGIN, SPEED_M_S);
-    let heading = |t_s: f64| field.heading(here + velocity * t_s - Position::ORIGIN);
+    let heading = |t_s: f64| field.velocity(here + velocity * t_s - Position::ORIGIN, SPEED_M_S).direction();
     (heading(H_S) - heading(-H_S)).rad() / (2.0 * H_S)
 }

@@ -54,6 +54,7 @@ impl Flight {
             turn_rate_rad_s: 0.0,
         };
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
+        let response = self.uav.response(Duration::from_s(PERIOD_S));
         let mut errors_m = Vec::new();
         for step in 0..STEPS {
             let orbit = Orbit {
@@ -68,7 +69,7 @@ impl Flight {
             }
             let steering = steer(&self.guidance, &state, &orbit, self.uav.speed_m_s);
             let wanted = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-            state = self.uav.step(&state, self.uav.limit(wanted).command, Duration::from_s(PERIOD_S));
+            state = response.step(&state, self.uav.limit(wanted).command);
         }
         errors_m
     }

@@ -122,8 +122,8 @@ fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
 /// The next centre, and how far the centroid is from where it was expected.
 fn innovation(last: &GroupCentre, transition: &Transition, centroid: &Centroid) -> Option<(GroupCentre, Weighed)> {
     let expected = transition.predict(&last.estimate().state).position();
-    let predicted =
-        Track { covariance: transition.predict_covariance(&last.estimate().covariance), ..*last.estimate() };
+    let mut predicted = *last.estimate();
+    transition.predict_covariance(&mut predicted.covariance);
     let (seen, p) = (centroid.mean.state.position(), predicted.position_covariance());
     let weighed = Weighed {
         printed: mahalanobis_squared(seen, expected, &p),

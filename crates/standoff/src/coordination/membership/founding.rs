@@ -132,7 +132,7 @@ impl Settling<'_> {
     fn who_could_hold(&self, id: GroupId) -> Option<GroupId> {
         let group = &self.params.group;
         self.buffers.groups.iter().copied().filter(|other| *other != id).find(|other| {
-            let of_other = self.members(*other).filter(|index| !self.known[*index].groups().any(|group| group == id));
+            let of_other = self.members(*other).filter(|index| !self.known[*index].belongs_to(id));
             let both = of_other.chain(self.members(id));
             Need::of(self.known, both, group).is_some_and(|need| need.leaves_room(group))
         })
