@@ -29,7 +29,7 @@ pub use compare::{Better, Comparison, Paired, compare, compare_results};
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Summary};
-pub use statistics::{Pooled, Statistics, pooled_root_ratio, student_t_975};
+pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 
 use crate::run::fly_while;
 use crate::scenario::{Scenario, Template};

@@ -1,7 +1,7 @@
 //! Numbers with intervals, from one value per run, in the order of the runs.
 
 use serde::Serialize;
-use standoff_sim::monte_carlo::student_t_975;
+use standoff_sim::monte_carlo::{quantile, student_t_975};
 
 /// Standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
@@ -67,13 +67,7 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
 pub(crate) fn quantiles(values: &[f64]) -> [f64; 3] {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    [0.05, 0.5, 0.95].map(|level| {
-        let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-        let place = level * last as f64;
-        let below = place.floor() as usize;
-        let above = sorted[(below + 1).min(last)];
-        sorted[below] + (above - sorted[below]) * (place - below as f64)
-    })
+    [0.05, 0.5, 0.95].map(|level| quantile(&sorted, level).unwrap_or(f64::NAN))
 }
 
 /// Spearman's rank correlation; `None` where one of the two never changes.

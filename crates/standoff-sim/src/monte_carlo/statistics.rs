@@ -98,9 +98,9 @@ pub fn student_t_975(freedom: usize) -> f64 {
     StudentsT::new(0.0, 1.0, freedom as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
-/// The quantile between order statistics: the value at position p (n - 1), counted from 0, on the straight line between
-/// the two values around it.
-fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
+/// The quantile `p` of ascending values, between order statistics: the value at position p (n - 1), counted from 0, on
+/// the straight line between the two values around it. `None` of no values.
+pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
     let position = p * (sorted.len().checked_sub(1)?) as f64;
     let (below, above) = (sorted.get(position.floor() as usize)?, sorted.get(position.ceil() as usize)?);
     Some(below + (above - below) * (position - position.floor()))
