@@ -232,7 +232,7 @@ fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data 
     let names = ["single", "pair_basic", "pair"];
     let heads = names.iter().flat_map(|name| metrics.clone().map(move |metric| format!("{name}_{metric}")));
     let row = |(index, seed): (usize, u64)| {
-        let values = columns.iter().flat_map(|runs| metrics.clone().map(move |metric| value(&runs[index], metric)));
+        let values = columns.iter().flat_map(|runs| metrics.clone().map(move |metric| runs[index].value(metric)));
         [seed as f64].into_iter().chain(values.map(|value| value.unwrap_or(f64::NAN))).collect()
     };
     Data {
