@@ -19,7 +19,7 @@ use std::cmp::Ordering;
 use std::error::Error;
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::{env, fmt};
+use std::{env, fmt, slice};
 
 use standoff::math;
 use standoff_sim::draws::{Draws, Stream};
@@ -486,7 +486,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut best: Option<(f64, String)> = None;
     for step in 0..ASSUMED_STEPS {
         let edit = format!("filter.acceleration_sd_m_s2={:.4}", assumed.at(step as f64 / (ASSUMED_STEPS - 1) as f64));
-        let flown = fly(&[edit.clone()], JUDGE_SEEDS, SEARCHED, Part::Whole)?;
+        let flown = fly(slice::from_ref(&edit), JUDGE_SEEDS, SEARCHED, Part::Whole)?;
         let distance = flown.distance(Cells::All);
         println!("{edit}: all cells {distance:.3}; {}", flown.summary());
         if best.as_ref().is_none_or(|(least, _)| distance < *least) {

@@ -36,6 +36,8 @@ fn fly(name: &str, set: &[&str], seed: u64) -> Metrics {
     score(&scenario, &frames(&scenario))
 }
 
+type Metric = fn(&Metrics) -> Option<f64>;
+
 fn mean(values: impl Iterator<Item = Option<f64>>) -> f64 {
     let values: Vec<f64> = values.map(Option::unwrap).collect();
     values.iter().sum::<f64>() / values.len() as f64
@@ -137,7 +139,7 @@ fn paper_table_2_has_the_papers_order() {
 }
 
 /// The calibration of `docs/calibration.md`: over 200 runs Table II's eight numbers of guidance come within 25 % of the
-/// paper's, the lines of sight within 5 %; the rest of the tolerance is the scatter of 40 runs. Nobody has to be
+/// paper's, the lines of sight within 10 %; the rest of the tolerance is the scatter of 40 runs. Nobody has to be
 /// discarded, as in the paper.
 #[test]
 fn paper_table_2_comes_near_the_papers_guidance() {
@@ -146,7 +148,7 @@ fn paper_table_2_comes_near_the_papers_guidance() {
         ("paper/table-2-pair-basic", [Some(29.8649), Some(2.3173), Some(15.4000)]),
         ("paper/table-2-pair", [Some(9.1261), Some(1.6205), Some(14.5131)]),
     ];
-    let metrics: [(fn(&Metrics) -> Option<f64>, f64); 3] =
+    let metrics: [(Metric, f64); 3] =
         [(|m| m.standoff_tracking_error_m, 0.35), (|m| m.phase_error_deg, 0.3), (|m| m.line_of_sight_deg, 0.15)];
     for (name, paper) in paper {
         let runs: Vec<Metrics> = (1..=40).map(|seed| fly(name, &[], seed)).collect();

@@ -121,10 +121,10 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
          measures* adds (20) and (22) (MVSD-LVFG). The standoff distance error is |r - r_d| by the agents' own view, as \
          in the paper; by the true geometry it is in the table below. The paper does not print the \
          targets' acceleration, spread and speed, where the UAVs start, the length of a run, nor what its filter assumes. \
-         What is flown here fits the eight numbers of guidance, with a filter that knows its targets; the six of \
+         What is flown here was chosen for the eight numbers of guidance, with a filter that knows its targets; the six of \
          estimation cannot come out with them. Filters that assume smoother targets than there are come nearer to those \
-         (second and third table) and are sure of themselves without reason; the claims are judged without them. [How these values were \
-         found](calibration.md).",
+         (second and third table) and are sure of themselves without reason; the claims are judged without them. \
+         [How these values were found](calibration.md).",
     );
     let besides: Vec<&str> = BESIDES.iter().map(|(metric, ..)| *metric).chain(BOUND).collect();
     let choice = Choice::parse(&format!("table-2,{}", besides.join(","))).map_err(Failure::running)?;
