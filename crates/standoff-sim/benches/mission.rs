@@ -1,4 +1,4 @@
-//! What a 100 s mission of two UAVs and four targets costs: drawn, flown and scored, agents and world included.
+//! What a 100 s mission costs, agents and world included: drawn only; drawn, flown and scored.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use standoff_sim::run::fly;
@@ -6,10 +6,21 @@ use standoff_sim::scenario::{Edits, Template};
 use standoff_sim::score::Choice;
 
 fn mission(c: &mut Criterion) {
-    let template = Template::load("paper/table-2-pair", &Edits::default()).expect("a built-in scenario");
-    for (what, metrics) in [("the metrics of Table II", "table-2"), ("all metrics", "all")] {
+    let load = |name| Template::load(name, &Edits::default()).expect("a built-in scenario");
+    let template = load("paper/table-2-pair");
+    c.bench_function("mission: paper/table-2-pair, drawn only", |b| {
+        let mut seed = 0;
+        b.iter(|| {
+            seed += 1;
+            template.draw(seed).expect("a scenario of any seed")
+        });
+    });
+    for (scenario, metrics) in
+        [("paper/table-2-pair", "table-2"), ("paper/table-2-pair", "all"), ("paper/figure-9", "standard")]
+    {
+        let template = load(scenario);
         let choice = Choice::parse(metrics).expect("names of metrics");
-        c.bench_function(&format!("mission: paper/table-2-pair, 100 s, {what}"), |b| {
+        c.bench_function(&format!("mission: {scenario}, metrics {metrics}"), |b| {
             let mut seed = 0;
             b.iter(|| {
                 seed += 1;

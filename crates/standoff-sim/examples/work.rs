@@ -1,48 +1,69 @@
 //! Does one kind of work so many times and nothing else: what instructions and CPU time are counted on.
 //!
-//! `work NAME REPETITIONS`
+//! `work KIND REPETITIONS`; docs/benchmarks.md says what each kind is.
+
+#[path = "../../standoff/benches/work/mod.rs"]
+mod pieces;
 
 use std::hint::black_box;
 use std::process::ExitCode;
 
+use pieces::FleetTicks;
 use standoff_sim::run::fly;
 use standoff_sim::scenario::{Edits, Template};
 use standoff_sim::score::Choice;
 
+const USAGE: &str =
+    "usage: work KIND REPETITIONS, where KIND is one of filter, agent, fleet-tick, draw, pair, pair-all, figure-9";
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let n = arguments.get(1).and_then(|n| n.parse().ok());
-    let (Some(name), Some(n)) = (arguments.first(), n) else {
-        eprintln!("work NAME REPETITIONS");
-        return ExitCode::from(2);
-    };
-    match name.as_str() {
-        "draw" => draw(n),
-        "pair" => pair(n, "table-2"),
-        "pair-all" => pair(n, "all"),
-        _ => return ExitCode::from(2),
+    let [kind, repetitions] = arguments.as_slice() else { return usage() };
+    let Ok(n) = repetitions.parse() else { return usage() };
+    match kind.as_str() {
+        "filter" => repeat(n, pieces::filter()),
+        "agent" => repeat(n, pieces::agent(4)),
+        "fleet-tick" => {
+            let mut ticks = FleetTicks::new(2, 4, false);
+            repeat(n, || ticks.tick());
+        }
+        "draw" => {
+            let template = template("paper/table-2-pair");
+            let mut seed = 0;
+            repeat(n, || {
+                seed += 1;
+                template.draw(seed).expect("a scenario of any seed")
+            });
+        }
+        "pair" => fly_each(n, "paper/table-2-pair", "table-2"),
+        "pair-all" => fly_each(n, "paper/table-2-pair", "all"),
+        "figure-9" => fly_each(n, "paper/figure-9", "standard"),
+        _ => return usage(),
     }
     ExitCode::SUCCESS
 }
 
-fn draw(n: u64) {
-    let template = Template::load("paper/table-2-pair", &Edits::default()).expect("a built-in scenario");
-    for seed in 0..n {
-        black_box(template.draw(seed).expect("a scenario of any seed"));
+fn usage() -> ExitCode {
+    eprintln!("{USAGE}");
+    ExitCode::from(2)
+}
+
+fn repeat<T>(n: u64, mut work: impl FnMut() -> T) {
+    for _ in 0..n {
+        black_box(work());
     }
 }
 
-fn pair(n: u64, metrics: &str) {
-    let template = Template::load("paper/table-2-pair", &Edits::default()).expect("a built-in scenario");
+fn template(scenario: &str) -> Template {
+    Template::load(scenario, &Edits::default()).expect("a built-in scenario")
+}
+
+/// Draws, flies and scores the runs of seeds 0 to n - 1.
+fn fly_each(n: u64, scenario: &str, metrics: &str) {
+    let template = template(scenario);
     let choice = Choice::parse(metrics).expect("names of metrics");
-    let mut sums = vec![0.0; standoff_sim::score::Metrics::NAMES.len()];
     for seed in 0..n {
-        let scores = fly(&template.draw(seed).expect("a scenario of any seed"), choice).expect("sound");
-        for (sum, value) in sums.iter_mut().zip(scores.values()) {
-            *sum += value.unwrap_or(0.0);
-        }
-    }
-    for (name, sum) in standoff_sim::score::Metrics::NAMES.iter().zip(sums) {
-        println!("{name} {}", sum / n as f64);
+        let scenario = template.draw(seed).expect("a scenario of any seed");
+        black_box(fly(&scenario, choice).expect("a run that ends"));
     }
 }
