@@ -1,15 +1,14 @@
 //! A group of targets: its estimated centre and the orbit from which all of it is seen.
 
-use nalgebra::Vector6;
+use nalgebra::{Matrix2, Vector6};
 
 use crate::coordination::assignment::Objective;
 use crate::coordination::event::EventKind;
 use crate::coordination::membership::{Known, OnDuty};
 use crate::coordination::need::furthest_from;
-use crate::estimation::group_centre::{Centroid, GroupCentre};
-use crate::estimation::information_filter::Estimate;
-use crate::frame::Position;
-use crate::guidance::heading::{Lead, Orbit, steer};
+use crate::estimation::group_centre::{Centroid, GroupCentre, relative_covariance};
+use crate::frame::Displacement;
+use crate::guidance::heading::{Lead, Orbit, threshold_m2_s};
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{
     Ramp, Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
@@ -220,8 +219,10 @@ impl Group {
         let at = centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
         let spread = spread_of(&furthest.track.estimate().state, &at);
-        let margin_m =
-            margin_m(params.margin, centre.innovation_distance, &centroid, furthest.track.estimate(), at.position());
+        let furthest_rel_centre = furthest.position() - at.position();
+        let relative_m2 =
+            relative_covariance(furthest.track.estimate(), &centroid.mean.position_covariance(), centroid.members);
+        let margin_m = margin_m(params.margin, centre.innovation_distance, &relative_m2, furthest_rel_centre);
         let standoff = params.standoff.distance(spread, margin_m);
         let wanted = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,
@@ -265,12 +266,9 @@ impl Group {
     /// Implements Lemma 3.1 as section IV.B.2, convergence rule, uses it.
     pub(crate) fn judge(&mut self, crew: impl Iterator<Item = OnDuty> + Clone, dt: Duration, team: &TeamParams) {
         let orbit = self.orbit(team);
-        let best = crew.clone().map(|duty| steer(&team.guidance, &duty.state, &orbit, team.uav.speed_m_s));
+        let threshold = |duty: OnDuty| threshold_m2_s(&team.guidance, duty.state.position, &orbit, team.uav.speed_m_s);
         // Discarding a target makes no centre slower.
-        self.threshold_m2_s = best
-            .filter(|steering| !steering.centre_too_fast)
-            .map(|steering| steering.convergence_threshold_m2_s)
-            .reduce(f64::max);
+        self.threshold_m2_s = crew.clone().filter_map(threshold).reduce(f64::max);
         let longer = |past: Duration, still: bool| {
             if still { Duration::from_us(past.us().saturating_add(dt.us())) } else { Duration::ZERO }
         };
@@ -356,26 +354,25 @@ fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &Tar
     spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
 }
 
-/// The margin d_m: printed (16), taken as if in metres, or metres from the fused covariances.
+/// The margin d_m: printed (16), taken as if in metres, or metres from the covariance of the furthest member's position
+/// relative to the centroid, m2.
 ///
 /// Implements Eq. (16).
 pub(crate) fn margin_m(
     margin: Margin,
     innovation_distance: f64,
-    centroid: &Centroid,
-    furthest: &Estimate,
-    centre: Position,
+    relative_m2: &Matrix2<f64>,
+    furthest_rel_centre: Displacement,
 ) -> f64 {
     match margin {
         Margin::Mahalanobis => innovation_distance,
         Margin::StandardDeviations(sds) => {
-            let member_rel_centre = furthest.state.position() - centre;
-            let distance_m = member_rel_centre.length_m();
+            let distance_m = furthest_rel_centre.length_m();
             if distance_m <= 0.0 {
                 return 0.0;
             }
-            let towards = member_rel_centre.vector() / distance_m;
-            let variance = towards.dot(&(centroid.relative_covariance(furthest) * towards));
+            let towards = furthest_rel_centre.vector() / distance_m;
+            let variance = towards.dot(&(relative_m2 * towards));
             sds * variance.max(0.0).sqrt()
         }
     }
@@ -384,7 +381,7 @@ pub(crate) fn margin_m(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Velocity;
+    use crate::frame::{Position, Velocity};
 
     /// One member stands at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110 m.
     #[test]

@@ -166,7 +166,10 @@ impl Settling<'_> {
             self.take_in();
             self.review(wanted);
             while self.group_ids() < wanted && self.found_another() {}
-            self.hand_over();
+            // Nothing passes between groups where there is one.
+            if self.group_ids() > 1 || self.known.iter().any(|known| known.receiving_group().is_some()) {
+                self.hand_over();
+            }
         }
         self.discard();
         self.tell_of_emptied_groups();

@@ -1,8 +1,8 @@
 //! What an orbit about a set of targets needs.
 
-use crate::coordination::group::{GroupParams, Margin, margin_m, spread_of};
+use crate::coordination::group::{GroupParams, margin_m, spread_of};
 use crate::coordination::membership::Known;
-use crate::estimation::group_centre::{Centroid, mean_state};
+use crate::estimation::group_centre::{mean_position_covariance, mean_state, relative_covariance};
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
@@ -31,12 +31,9 @@ impl Need {
         let (centroid, members) = mean_state(places.clone().map(estimate))?;
         let centre = centroid.position();
         let furthest = furthest_from(centre, known, places.clone())?;
-        let margin_m = match params.margin {
-            Margin::Mahalanobis => 0.0,
-            margin @ Margin::StandardDeviations(_) => {
-                margin_m(margin, 0.0, &Centroid::of(places.map(estimate))?, estimate(furthest), centre)
-            }
-        };
+        let centroid_m2 = mean_position_covariance(places.map(estimate), members);
+        let relative_m2 = relative_covariance(estimate(furthest), &centroid_m2, members);
+        let margin_m = margin_m(params.margin, 0.0, &relative_m2, known[furthest].position() - centre);
         let standoff = params.standoff.distance(spread_of(&estimate(furthest).state, &centroid), margin_m);
         Some(Self { members, centroid, furthest, standoff })
     }
@@ -65,6 +62,6 @@ impl Need {
 
 /// The place of the target furthest from a centre; of equally far ones the last.
 pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
-    let distance_m = |index: &usize| known[*index].position().distance_m(centre);
-    places.max_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))
+    let measured = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
+    measured.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
 }

@@ -14,9 +14,8 @@ impl Roster {
     pub(crate) fn fill(&mut self, known: &[Known]) {
         self.entries.clear();
         for (index, target) in known.iter().enumerate() {
-            for group in [target.group(), target.receiving_group()].into_iter().flatten() {
-                self.entries.push((group, index));
-            }
+            self.entries.extend(target.group().map(|group| (group, index)));
+            self.entries.extend(target.receiving_group().map(|group| (group, index)));
         }
         if !self.entries.is_sorted() {
             self.entries.sort_unstable();

@@ -32,18 +32,25 @@ impl Centroid {
         let mean = Estimate { state: TargetState(sum * weight), covariance: covariance * (weight * weight) };
         (n > 0).then_some(Self { mean, members: n })
     }
+}
 
-    /// Covariance of the position of a member relative to the centroid, m2: what a margin for that member must cover.
-    pub fn relative_covariance(&self, member: &Estimate) -> Matrix2<f64> {
-        let own_share = 1.0 - 2.0 / f64::from(self.members);
-        member.position_covariance() * own_share + self.mean.position_covariance()
-    }
+/// Covariance of the position of a member relative to the centroid of so many, whose own is `centroid_m2`, m2: what a
+/// margin for that member must cover.
+pub(crate) fn relative_covariance(member: &Estimate, centroid_m2: &Matrix2<f64>, members: u32) -> Matrix2<f64> {
+    let own_share = 1.0 - 2.0 / f64::from(members);
+    member.position_covariance() * own_share + centroid_m2
 }
 
 /// The mean of the members' states alone, and their number; `None` for no members.
 pub(crate) fn mean_state<'a>(members: impl Iterator<Item = &'a Estimate>) -> Option<(TargetState, u32)> {
     let (sum, n) = members.fold((Vector6::zeros(), 0u32), |(sum, n), member| (sum + member.state.0, n + 1));
     (n > 0).then(|| (TargetState(sum * (1.0 / f64::from(n))), n))
+}
+
+/// The covariance of the mean of the members' positions alone, m2.
+pub(crate) fn mean_position_covariance<'a>(members: impl Iterator<Item = &'a Estimate>, n: u32) -> Matrix2<f64> {
+    let weight = 1.0 / f64::from(n);
+    members.map(Estimate::position_covariance).sum::<Matrix2<f64>>() * (weight * weight)
 }
 
 /// The filter of a group's centre.
@@ -129,7 +136,8 @@ mod tests {
         let members = [member(0.0, 0.0, 16.0), member(8.0, 0.0, 4.0)];
         let centroid = Centroid::of(members.iter()).unwrap();
         for member in &members {
-            assert!((centroid.relative_covariance(member)[(0, 0)] - 5.0).abs() < 1e-12);
+            let relative = relative_covariance(member, &centroid.mean.position_covariance(), 2);
+            assert!((relative[(0, 0)] - 5.0).abs() < 1e-12);
         }
     }
 

@@ -227,6 +227,18 @@ pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: 
     }
 }
 
+/// Threshold of Lemma 3.1 for a UAV at `uav` that flies along the field at `speed_m_s` over ground, m2/s: what
+/// [`steer`] gives; `None`: the centre is too fast for the field (29).
+pub(crate) fn threshold_m2_s(params: &GuidanceParams, uav: Position, orbit: &Orbit, speed_m_s: f64) -> Option<f64> {
+    let uav_rel_centre = uav - orbit.centre;
+    let r_m = uav_rel_centre.length_m();
+    let field = params.field(orbit);
+    let along = field.direction(uav_rel_centre);
+    let relative_speed_m_s = moving_centre::relative_speed_m_s(along, orbit.centre_velocity, speed_m_s)?;
+    let r_rate_m_s = field.motion_along(r_m, relative_speed_m_s).r_rate_m_s;
+    Some(convergence_threshold_m2_s(r_m, r_rate_m_s, orbit.distance_m, orbit.rate_m_s))
+}
+
 /// Turn rate of the anticlockwise field (13) about a centre at rest, rad/s. The exact form has r_d three times in the
 /// numerator; the printed one has r in place of two of them.
 ///

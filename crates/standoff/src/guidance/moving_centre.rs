@@ -33,26 +33,49 @@ pub struct OverGround {
 ///
 /// Implements Eq. (28), (29).
 pub fn over_ground(along: Vector2<f64>, centre_velocity: Velocity, speed_m_s: f64) -> OverGround {
-    let centre = centre_velocity.vector();
-    let drift = along.dot(&centre);
-    let discriminant = drift * drift + speed_m_s * speed_m_s - centre.dot(&centre);
-    // Half the distance between the roots; also the component of the flown velocity along the field.
-    let half_gap = discriminant.max(0.0).sqrt();
-    let root = half_gap - drift;
-    let centre_too_fast = discriminant < 0.0 || root <= 0.0;
-    let reach = if centre_too_fast { (-drift).max(0.0) } else { root };
-    let flown = Velocity::from(centre + along * reach);
+    let Quadratic { drift, half_gap, root } = Quadratic::of(along, centre_velocity, speed_m_s);
+    let reach = root.unwrap_or((-drift).max(0.0));
+    let flown = Velocity::from(centre_velocity.vector() + along * reach);
     OverGround {
         heading: flown.direction(),
-        relative_speed_m_s: if centre_too_fast { 0.0 } else { root },
-        heading_per_field_heading: match centre_too_fast {
+        relative_speed_m_s: root.unwrap_or(0.0),
+        heading_per_field_heading: match root {
             // v psi_d' cos(psi_d - phi) = s phi', from differentiating v_c + s u = v d; the cosine is half_gap / v.
-            false if half_gap > 0.0 => root / half_gap,
+            Some(root) if half_gap > 0.0 => root / half_gap,
             // At right angles to the field, it turns with it; in a chase, it turns with the centre alone.
             _ => f64::from(reach > 0.0),
         },
-        centre_too_fast,
+        centre_too_fast: root.is_none(),
     }
+}
+
+/// Eq. (29) for a field that is a unit vector.
+struct Quadratic {
+    /// The component of the centre's velocity along the field.
+    drift: f64,
+    /// Half the distance between the roots; also the component of the flown velocity along the field.
+    half_gap: f64,
+    /// The larger root, if it is positive.
+    root: Option<f64>,
+}
+
+impl Quadratic {
+    fn of(along: Vector2<f64>, centre_velocity: Velocity, speed_m_s: f64) -> Self {
+        let centre = centre_velocity.vector();
+        let drift = along.dot(&centre);
+        let discriminant = drift * drift + speed_m_s * speed_m_s - centre.dot(&centre);
+        let half_gap = discriminant.max(0.0).sqrt();
+        let root = half_gap - drift;
+        let there_is_none = discriminant < 0.0 || root <= 0.0;
+        Self { drift, half_gap, root: (!there_is_none).then_some(root) }
+    }
+}
+
+/// The speed relative to the centre of [`over_ground`] alone, m/s; `None`: the centre is too fast.
+///
+/// Implements Eq. (29).
+pub(crate) fn relative_speed_m_s(along: Vector2<f64>, centre_velocity: Velocity, speed_m_s: f64) -> Option<f64> {
+    Quadratic::of(along, centre_velocity, speed_m_s).root
 }
 
 /// The direction in which a UAV flies that keeps the speed `relative_speed_m_s` (at least 0) relative to the centre,
