@@ -88,7 +88,7 @@ enum Name {
 
 impl Name {
     /// Runs it.
-    fn reproduce(self, plan: &Plan, traffic: &[PathBuf]) -> Result<Vec<Study>, Failure> {
+    fn reproduce(self, plan: &Plan) -> Result<Vec<Study>, Failure> {
         Ok(match self {
             Self::Table2 => vec![table_2::table_2(plan)?],
             Self::Figure6 => vec![separation::figure_6()?],
@@ -98,18 +98,18 @@ impl Name {
             Self::Figure10 => vec![missions::figure_10(plan)?],
             Self::Figure11 => vec![missions::figure_11(plan)?],
             Self::Errata => errata::errata(plan)?,
-            Self::Improvements => vec![improvements::improvements(plan, traffic)?],
+            Self::Improvements => vec![improvements::improvements(plan)?],
         })
     }
 }
 
 pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
-    let plan = Plan { runs: args.runs, first_seed: args.seed, threads: args.threads };
+    let plan = Plan { runs: args.runs, first_seed: args.seed, threads: args.threads, traffic: args.traffic.clone() };
     check_folder(&args.out)?;
     let mut studies = Vec::new();
     for name in args.study.as_ref().map_or(Name::value_variants(), std::slice::from_ref) {
         // Whatever fails later, what is done is written and told.
-        let found = name.reproduce(&plan, &args.traffic)?;
+        let found = name.reproduce(&plan)?;
         save(&found, &args.out)?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
         studies.extend(found);

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use standoff::ParamError;
 use standoff_sim::monte_carlo::{each_seed, fly_all};
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 pub(crate) const IN_METRES: [&str; 2] = ["orbit.margin=standard-deviations", "orbit.on_membership_change=shift"];
 
 /// Which seeds are flown.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Plan {
     /// How many runs, at least two: one has no spread.
     pub(crate) runs: u32,
@@ -25,6 +25,8 @@ pub(crate) struct Plan {
     pub(crate) first_seed: u64,
     /// On so many threads; one per core if `None`. Makes no difference but in time.
     pub(crate) threads: Option<NonZeroUsize>,
+    /// Traffic files over which the improvements are flown, too.
+    pub(crate) traffic: Vec<PathBuf>,
 }
 
 impl Plan {
@@ -87,6 +89,11 @@ impl Flown {
     }
 }
 
+/// Name of a file without its folders.
+pub(crate) fn file_name(file: &Path) -> String {
+    file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
 /// Flies a mission and scores it.
 pub(crate) fn score(scenario: &Scenario, choice: Choice) -> Result<Metrics, Failure> {
     fly(scenario, choice).map_err(refused)
@@ -111,7 +118,7 @@ mod tests {
 
     #[test]
     fn results_come_in_the_order_of_the_seeds() {
-        let plan = Plan { runs: 40, first_seed: 7, threads: None };
+        let plan = Plan { runs: 40, first_seed: 7, threads: None, traffic: Vec::new() };
         let seeds = plan.each("tour/01-one-uav", &[], |scenario| Ok(scenario.seed)).map_err(|_| ()).unwrap();
         assert_eq!(seeds, (7..47).collect::<Vec<_>>());
     }

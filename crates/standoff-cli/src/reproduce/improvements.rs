@@ -1,12 +1,10 @@
 //! Beyond the paper: what each improvement gains, one at a time, and how close the best is to what is possible.
 
-use std::path::PathBuf;
-
 use standoff_sim::monte_carlo::pooled_root_ratio;
 use standoff_sim::score::{Choice, Metrics};
 
 use super::claim::{shown, signed};
-use super::flights::{Flown, Plan};
+use super::flights::{Flown, Plan, file_name};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::failure::Failure;
@@ -98,7 +96,7 @@ const PAIR: &str = "paper/table-2-pair";
 const BEST: &str = "best/table-2-pair";
 
 /// Flies every mission with every improvement, and the best against its goals.
-pub(crate) fn improvements(plan: &Plan, traffic: &[PathBuf]) -> Result<Study, Failure> {
+pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "improvements",
         "Beyond the paper: improvements, one at a time",
@@ -112,10 +110,7 @@ pub(crate) fn improvements(plan: &Plan, traffic: &[PathBuf]) -> Result<Study, Fa
         ("traffic/convoy".to_owned(), Flown::of("traffic/convoy", &PAPERS_LAW)),
         ("traffic/city".to_owned(), Flown::of("traffic/city", &PAPERS_LAW)),
     ];
-    for file in traffic {
-        let name = file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        missions.push((name, Flown::over(file, &PAPERS_LAW)));
-    }
+    missions.extend(plan.traffic.iter().map(|file| (file_name(file), Flown::over(file, &PAPERS_LAW))));
     let names: Vec<&str> = SHOWN.iter().map(|(metric, _)| *metric).collect();
     let choice = Choice::parse(&names.join(",")).map_err(Failure::running)?;
     let mut data = Vec::new();
@@ -208,7 +203,7 @@ fn goals(plan: &Plan) -> Result<Table, Failure> {
     let [own, papers] = [&best, &paper].map(|runs| measured(runs, "standoff_distance_m"));
     let percent = Estimate::percent(&papers, &own);
     row("mean r_d over the paper's law's (percent more)", -2.0, 2.0, percent);
-    let more = Plan { runs: plan.runs.saturating_mul(VIEWS), ..*plan };
+    let more = Plan { runs: plan.runs.saturating_mul(VIEWS), ..plan.clone() };
     let views = Choice::parse("out_of_view_longest_s,infeasible_fraction").map_err(Failure::running)?;
     let unseen = more.fly(&Flown::of(BEST, &[]), views)?;
     // Where no orbit holds a group its members may be lost.

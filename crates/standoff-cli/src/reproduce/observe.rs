@@ -68,8 +68,10 @@ mod tests {
     /// What is seen here is what the scores say of the same run, found there by code of their own.
     #[test]
     fn what_is_observed_agrees_with_the_scores() {
-        let scenario =
-            Plan { runs: 2, first_seed: 5, threads: None }.first("paper/figure-8", &[]).map_err(|_| ()).unwrap();
+        let scenario = Plan { runs: 2, first_seed: 5, threads: None, traffic: Vec::new() }
+            .first("paper/figure-8", &[])
+            .map_err(|_| ())
+            .unwrap();
         let mut scorer = Scorer::new(Rules::of(&scenario.settings), Choice::ALL);
         let (mut standoff, mut widest, mut n) = (0.0, 0.0f64, 0.0);
         let watched = watch(&scenario, |frame| {

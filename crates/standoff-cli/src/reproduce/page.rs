@@ -1,7 +1,7 @@
 //! The page of all claims, `docs/validation.md`: a function of the studies, byte for byte.
 
 use super::claim::{Claim, RULES, Verdict};
-use super::flights::Plan;
+use super::flights::{Plan, file_name};
 use super::study::{Study, Table};
 
 /// Where the figures of the page are, from where the page is.
@@ -97,15 +97,22 @@ fn row(cells: &[String]) -> String {
     format!("| {} |\n", cells.join(" | "))
 }
 
-/// The command that makes a study again, or all.
+/// The command that makes a study again, or all. Traffic is flown by one study alone.
 fn command(study: Option<&str>, plan: &Plan) -> String {
-    let study = study.map(|study| format!("{study} ")).unwrap_or_default();
-    format!("standoff reproduce {study}{}", options(plan))
+    match study {
+        None => format!("standoff reproduce {}", options(plan)),
+        Some("improvements") => format!("standoff reproduce improvements {}", options(plan)),
+        Some(study) => {
+            format!("standoff reproduce {study} {}", options(&Plan { traffic: Vec::new(), ..plan.clone() }))
+        }
+    }
 }
 
+/// Of traffic files their names: where they are is nobody's business.
 fn options(plan: &Plan) -> String {
     let seed = if plan.first_seed == 1 { String::new() } else { format!(" --seed {}", plan.first_seed) };
-    format!("--runs {}{seed}", plan.runs)
+    let traffic: String = plan.traffic.iter().map(|file| format!(" --traffic {}", file_name(file))).collect();
+    format!("--runs {}{seed}{traffic}", plan.runs)
 }
 
 /// The anchor that hosts of Markdown give a heading.
@@ -131,7 +138,7 @@ mod tests {
         };
         let claims = vec![claim(1.0), claim(2.0)];
         let study = Study { claims, ..Study::new("table-2", "Table II: errors", "About.") };
-        let text = page(&[study], &Plan { runs: 9, first_seed: 3, threads: None });
+        let text = page(&[study], &Plan { runs: 9, first_seed: 3, threads: None, traffic: Vec::new() });
         for line in [
             "| \\|x\\| is 1, 1 here | 1.000 m | 1.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | comes out |  |",
             "| \\|x\\| is 1, 2 here | 1.000 m | 2.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | does not come out | because of *it* |",

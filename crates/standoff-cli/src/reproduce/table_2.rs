@@ -259,14 +259,18 @@ mod tests {
 
     #[test]
     fn every_number_and_every_difference_of_the_table_is_a_claim() {
-        let claims = table_2(&Plan { runs: 2, first_seed: 1, threads: None }).map_err(|_| ()).unwrap().claims;
+        let claims = table_2(&Plan { runs: 2, first_seed: 1, threads: None, traffic: Vec::new() })
+            .map_err(|_| ())
+            .unwrap()
+            .claims;
         assert_eq!(claims.len(), 14 + 7);
         assert!(claims.iter().all(|claim| claim.runs == 2 && !claim.reason.is_empty()));
     }
 
     #[test]
     fn a_filter_that_assumes_smoother_targets_comes_nearer_to_the_papers_estimates_and_is_overconfident() {
-        let found = table_2(&Plan { runs: 8, first_seed: 1, threads: None }).map_err(|_| ()).unwrap();
+        let found =
+            table_2(&Plan { runs: 8, first_seed: 1, threads: None, traffic: Vec::new() }).map_err(|_| ()).unwrap();
         let [knows, overconfident] = [0, 1].map(|table| {
             let rows = &found.tables[table].rows;
             let number = |name: &str, column: usize| -> f64 {

@@ -192,8 +192,10 @@ mod tests {
     /// Checks Eq. (16): what is recomputed from the record is the margin that was flown.
     #[test]
     fn the_recomputed_distance_is_the_margin_of_the_record() {
-        let scenario =
-            Plan { runs: 2, first_seed: 3, threads: None }.first("paper/table-2-pair", &[]).map_err(|_| ()).unwrap();
+        let scenario = Plan { runs: 2, first_seed: 3, threads: None, traffic: Vec::new() }
+            .first("paper/table-2-pair", &[])
+            .map_err(|_| ())
+            .unwrap();
         let transition = scenario.settings.team.track.target.transition(scenario.settings.period);
         let (mut last, mut compared) = (None, 0);
         let watched = watch(&scenario, |frame| {
