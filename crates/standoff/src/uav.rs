@@ -155,7 +155,7 @@ impl UavParams {
             }
         };
         // Speed, turn rate and heading have closed forms; position, their integral, has none. Pieces no longer than two
-        // lags keep the quadrature's error below a tenth of a micrometre.
+        // lags keep the quadrature's error below a nanometre.
         let lag_s = self.speed_lag_s.min(self.turn_rate_lag_s);
         let pieces = (0.5 * dt_s / lag_s).ceil().clamp(1.0, 1000.0);
         let piece_s = dt_s / pieces;
@@ -249,13 +249,14 @@ impl Response {
     }
 }
 
-/// Nodes and weights of the five-point rule on [-1, 1].
-const GAUSS_LEGENDRE: [(f64, f64); 5] = [
-    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
-    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (0.0, 0.568_888_888_888_888_9),
-    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+/// Nodes and weights of the six-point rule on [-1, 1].
+const GAUSS_LEGENDRE: [(f64, f64); 6] = [
+    (-0.932_469_514_203_152, 0.171_324_492_379_170_36),
+    (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (-0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_36),
 ];
 
 fn clamp_flagged(wanted: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bool) {
@@ -317,8 +318,8 @@ mod tests {
                 s = core::array::from_fn(|i| s[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
             }
             let got = params.response(Duration::from_s(dt_s)).step(&s0, command);
-            assert!((got.position.x_m() - s[0]).abs() < 1e-7, "{dt_s} s: {got:?} against {s:?}");
-            assert!((got.position.y_m() - s[1]).abs() < 1e-7);
+            assert!((got.position.x_m() - s[0]).abs() < 1e-9, "{dt_s} s: {got:?} against {s:?}");
+            assert!((got.position.y_m() - s[1]).abs() < 1e-9);
             assert!((got.heading - Angle::from_rad(s[2])).abs_rad() < 1e-9);
             assert!((got.speed_m_s - s[3]).abs() < 1e-9);
             assert!((got.turn_rate_rad_s - s[4]).abs() < 1e-9);
