@@ -2,7 +2,7 @@
 //!
 //! `work KIND REPETITIONS`; docs/benchmarks.md says what each kind is.
 
-#[path = "../../standoff/benches/work/mod.rs"]
+#[path = "../../standoff/benches/pieces/mod.rs"]
 mod pieces;
 
 use std::hint::black_box;

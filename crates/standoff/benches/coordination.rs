@@ -1,14 +1,14 @@
 //! What clustering, assigning and a whole tick of a team cost against its size.
 
-mod work;
+mod pieces;
 
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use pieces::{FleetTicks, field, spread};
 use standoff::coordination::assignment::{Hand, Objective, Site, assign};
 use standoff::coordination::clustering::Clusters;
 use standoff::*;
-use work::{FleetTicks, field, spread};
 
 fn assignment(c: &mut Criterion) {
     let sensor = TeamParams::table_1().track.sensor;

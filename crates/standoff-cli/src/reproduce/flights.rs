@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use standoff::ParamError;
 use standoff_sim::monte_carlo::{each_seed, fly_all};
 use standoff_sim::record::Frame;
-use standoff_sim::run::{Mission, fly};
+use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario, Template};
 use standoff_sim::score::{Choice, Metrics};
 
@@ -94,9 +94,9 @@ pub(crate) fn file_name(file: &Path) -> String {
     file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
-/// Flies a mission and scores it.
-pub(crate) fn score(scenario: &Scenario, choice: Choice) -> Result<Metrics, Failure> {
-    fly(scenario, choice).map_err(refused)
+/// A metric of the runs that have it.
+pub(crate) fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
+    runs.iter().filter_map(|run| run.value(metric)).collect()
 }
 
 /// Flies a mission and shows every frame.

@@ -4,7 +4,7 @@ use standoff_sim::monte_carlo::pooled_root_ratio;
 use standoff_sim::score::{Choice, Metrics};
 
 use super::claim::{shown, signed};
-use super::flights::{Flown, Plan, file_name};
+use super::flights::{Flown, Plan, file_name, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::failure::Failure;
@@ -126,8 +126,10 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
         }
         found.tables.push(table);
     }
-    found.tables.push(without_each(plan, choice)?);
-    found.tables.push(goals(plan)?);
+    let all = Choice::parse("standard,limits").map_err(Failure::running)?;
+    let best = plan.fly(&Flown::of(BEST, &[]), all)?;
+    found.tables.push(without_each(plan, choice, &best)?);
+    found.tables.push(goals(plan, &best, &plan.fly(&Flown::of(PAIR, &[]), all)?)?);
     let mut columns = vec!["mission".to_owned(), "improvement".to_owned()];
     for (metric, _) in SHOWN {
         columns.extend([format!("{metric}_before"), format!("{metric}_difference"), format!("{metric}_half_width")]);
@@ -138,12 +140,11 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
 }
 
 /// What `best/table-2-pair` loses without each of its improvements.
-fn without_each(plan: &Plan, choice: Choice) -> Result<Table, Failure> {
-    let runs = |set: &[&str]| plan.fly(&Flown::of(BEST, set), choice);
-    let base = runs(&[])?;
-    let mut table = gains(&format!("`{BEST}`: what it is without each"), &base);
+fn without_each(plan: &Plan, choice: Choice, best: &[Metrics]) -> Result<Table, Failure> {
+    let mut table = gains(&format!("`{BEST}`: what it is without each"), best);
     for improvement in IMPROVEMENTS.iter().filter(|improvement| !improvement.undo.is_empty()) {
-        add(&mut table, improvement.name, &base, &runs(improvement.undo)?);
+        let without = plan.fly(&Flown::of(BEST, improvement.undo), choice)?;
+        add(&mut table, improvement.name, best, &without);
     }
     Ok(table)
 }
@@ -182,10 +183,7 @@ fn numbers(mission: usize, improvement: usize, base: &[Metrics], changed: &[Metr
 }
 
 /// The goals, and the limits that forbid more.
-fn goals(plan: &Plan) -> Result<Table, Failure> {
-    let choice = Choice::parse("standard,limits").map_err(Failure::running)?;
-    let best = plan.fly(&Flown::of(BEST, &[]), choice)?;
-    let paper = plan.fly(&Flown::of(PAIR, &[]), choice)?;
+fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Failure> {
     let mut table = Table::new(format!("Goals of `{BEST}`, and its limits:"), &["", "goal", "reached", "value"]);
     let mut row = |what: &str, at_least: f64, at_most: f64, value: Estimate| {
         let within = |value: f64| (at_least..=at_most).contains(&value);
@@ -198,9 +196,9 @@ fn goals(plan: &Plan) -> Result<Table, Failure> {
         table.rows.push(vec![what.to_owned(), goal, reached.to_owned(), with_interval(&value, shown)]);
     };
     for (metric, what, at_least, at_most) in GOALS {
-        row(what, at_least, at_most, Estimate::mean(&measured(&best, metric)));
+        row(what, at_least, at_most, Estimate::mean(&measured(best, metric)));
     }
-    let [own, papers] = [&best, &paper].map(|runs| measured(runs, "standoff_distance_m"));
+    let [own, papers] = [best, paper].map(|runs| measured(runs, "standoff_distance_m"));
     let percent = Estimate::percent(&papers, &own);
     row("mean r_d over the paper's law's (percent more)", -2.0, 2.0, percent);
     let more = Plan { runs: plan.runs.saturating_mul(VIEWS), ..plan.clone() };
@@ -212,7 +210,7 @@ fn goals(plan: &Plan) -> Result<Table, Failure> {
     let what =
         format!("longest out of view in {} runs (those always feasible of {}) (s)", feasible.len(), unseen.len());
     row(&what, 0.0, 0.0, Estimate::exact(longest_s));
-    for (name, runs) in [(BEST, &best), (PAIR, &paper)] {
+    for (name, runs) in [(BEST, best), (PAIR, paper)] {
         for (ratio, numerator, denominator) in Metrics::POOLED {
             let column = |metric: &str| runs.iter().map(|run| run.value(metric)).collect::<Vec<_>>();
             let pooled = pooled_root_ratio(&column(numerator), &column(denominator));
@@ -231,14 +229,10 @@ fn goals(plan: &Plan) -> Result<Table, Failure> {
         ("standoff_surprise_m_settled", "no guidance that knows no more has a smaller true standoff error than (m)"),
         ("standoff_tracking_surprise_m_settled", "nor by its own view than (m)"),
     ] {
-        let limit = with_interval(&Estimate::mean(&measured(&best, metric)), shown);
+        let limit = with_interval(&Estimate::mean(&measured(best, metric)), shown);
         table.rows.push(vec![what.to_owned(), String::new(), String::new(), limit]);
     }
     Ok(table)
-}
-
-fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
-    runs.iter().filter_map(|run| run.value(metric)).collect()
 }
 
 fn with_interval(estimate: &Estimate, tell: fn(f64) -> String) -> String {

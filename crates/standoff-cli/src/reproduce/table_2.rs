@@ -4,7 +4,7 @@ use standoff_sim::monte_carlo::pooled_root_ratio;
 use standoff_sim::score::{Choice, Metrics};
 
 use super::claim::{Claim, Finding, Paper, shown};
-use super::flights::{Plan, score};
+use super::flights::{Flown, Plan, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::failure::Failure;
@@ -129,8 +129,7 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
     let besides: Vec<&str> = BESIDES.iter().map(|(metric, ..)| *metric).chain(BOUND).collect();
     let choice = Choice::parse(&format!("table-2,{}", besides.join(","))).map_err(Failure::running)?;
     let fly = |set: &[&str]| -> Result<Vec<Vec<Metrics>>, Failure> {
-        let column = |(_, scenario)| plan.each(scenario, set, |scenario| score(scenario, choice));
-        COLUMNS.into_iter().map(column).collect()
+        COLUMNS.into_iter().map(|(_, scenario)| plan.fly(&Flown::of(scenario, set), choice)).collect()
     };
     let columns = fly(&[])?;
     for row in &ROWS {
@@ -240,10 +239,6 @@ fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data 
         columns: ["seed".to_owned()].into_iter().chain(heads).collect(),
         rows: plan.seeds().enumerate().map(row).collect(),
     }
-}
-
-fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
-    runs.iter().filter_map(|metrics| metrics.value(metric)).collect()
 }
 
 #[cfg(test)]
