@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::Args;
 use serde::Serialize;
 use standoff_sim::score::{Choice, Chosen};
+use standoff_view::replay::Line;
 
 use crate::failure::{Failure, print};
 
@@ -83,6 +84,16 @@ impl Outcome {
         print(&if json { self.json().map_err(Failure::running)? } else { self.table(out) })
     }
 
+    /// The rows of the table that were chosen; shares in percent.
+    pub(crate) fn lines(&self) -> Vec<Line> {
+        let line = |(topic, what, metric, unit): (_, _, &'static str, _)| {
+            let percent = if metric.ends_with("_fraction") { 100.0 } else { 1.0 };
+            let value = self.metrics.get(metric)?.map(|value| percent * value);
+            Some(Line { topic, what, metric, value, unit })
+        };
+        ROWS.into_iter().filter_map(line).collect()
+    }
+
     /// What a person wants to know first.
     fn table(&self, out: &Path) -> String {
         let Self { scenario, seed, duration_s, uavs, targets, .. } = self;
@@ -92,9 +103,7 @@ impl Outcome {
             count(*targets, "target")
         );
         let mut last = "";
-        for (topic, what, name, unit) in ROWS {
-            let Some(value) = self.metrics.get(name) else { continue };
-            let value = value.map(|value| if name.ends_with("_fraction") { 100.0 * value } else { value });
+        for Line { topic, what, value, unit, .. } in self.lines() {
             let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
             let heading = if topic == last { "" } else { topic };
             text += format!("{heading:14} {what:37} {value:>9} {unit}").trim_end();

@@ -81,6 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 fn fly(scenario: &Scenario, out: &Path) -> Result<Closed, Failure> {
     let Settings { duration, period, .. } = scenario.settings;
     let manifest = Manifest::new(&scenario.name, scenario.seed, duration.s(), period.s());
+    let manifest = Manifest { origin: scenario.origin(), ..manifest };
     let mut mission = Mission::new(scenario)
         .map_err(|errors| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
     let resolved = scenario.resolved().map_err(Failure::input)?;

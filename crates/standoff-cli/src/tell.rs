@@ -7,9 +7,14 @@ use standoff_sim::record::{EventRow, Frame, Record};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_view::figures::{Setup, figures};
+use standoff_view::page;
+use standoff_view::replay::{Encoder, Head};
 
 use crate::failure::{Failure, note};
 use crate::outcome::{Event, Outcome};
+
+/// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
+const REPORT_ROWS: u64 = 300_000;
 
 /// `standoff show`: tells a finished run again; its summary and figures are made anew.
 pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
@@ -24,17 +29,22 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     }
     let label = dir.join("scenario.toml").display().to_string();
     let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
-    let mut scorer = Scorer::new(Rules::of(&settings), choice);
+    let rules = Rules::of(&settings);
+    let mut scorer = Scorer::new(rules, choice);
+    let rows = record.target_rows().map_err(Failure::running)?;
+    let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
+    let (mut encoder, mut parts) = (Encoder::new(&rules, stride), Vec::new());
     let (mut events, mut uavs) = (Vec::new(), 0);
     let frames = record.frames().map_err(Failure::running)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
         scorer.frame(frame);
+        parts.extend(encoder.frame(frame));
         uavs = uavs.max(frame.uavs.len());
         events.extend(events_of(frame, record.target_names()));
     });
     let manifest = record.manifest();
-    let title = format!("{}, seed {}", manifest.scenario, manifest.seed);
-    for figure in figures(frames, &setup(title, &settings)).map_err(Failure::running)? {
+    let setup = setup(manifest.title(), &settings);
+    for figure in figures(frames, &setup).map_err(Failure::running)? {
         save(&to.join(format!("{}.svg", figure.name)), &figure.svg)?;
     }
     let outcome = Outcome {
@@ -47,6 +57,10 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
         events,
     };
     save(&to.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
+    parts.extend(encoder.part());
+    let mut head = Head::new(manifest, setup, record.target_names().to_vec());
+    (head.stride, head.outcome) = (stride, outcome.lines());
+    save(&to.join("report.html"), &page::report(&head, &parts).map_err(Failure::running)?)?;
     Ok(outcome)
 }
 

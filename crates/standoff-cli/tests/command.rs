@@ -62,6 +62,7 @@ fn alone_it_flies_figure_9_and_says_where_the_results_are() {
             "line_of_sight.svg",
             "margin.svg",
             "phase.svg",
+            "report.html",
             "run.json",
             "scenario.toml",
             "separation.svg",

@@ -25,7 +25,7 @@ pub use load::Edits;
 pub use locate::Place;
 pub use number::Number;
 
-use crate::traffic::Traffic;
+use crate::traffic::{Origin, Traffic};
 
 /// Everything that determines a run.
 #[derive(Debug, Clone)]
@@ -131,6 +131,14 @@ impl Scenario {
     /// Loads a built-in scenario by name, or a file.
     pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
         Template::load(name_or_file, edits)?.draw(seed)
+    }
+
+    /// Where its local plane touches the Earth, if its traffic file says.
+    pub fn origin(&self) -> Option<Origin> {
+        match &self.targets {
+            Targets::Random { .. } => None,
+            Targets::Traffic(traffic) => traffic.origin,
+        }
     }
 
     /// The scenario as text with every value spelt out; loading it gives the same run.

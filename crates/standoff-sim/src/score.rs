@@ -2,6 +2,7 @@
 
 mod bound;
 mod innovation;
+mod judged;
 mod metrics;
 mod surprise;
 
@@ -16,6 +17,7 @@ use bound::Bound;
 use innovation::Innovations;
 use surprise::Surprises;
 
+pub use judged::{Judged, PositionBound};
 pub use metrics::{Choice, Chosen, Metrics};
 
 /// What a score needs to know of the scenario.

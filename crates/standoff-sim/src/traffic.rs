@@ -35,6 +35,7 @@ use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
+use serde::{Deserialize, Serialize};
 
 pub use lines::Position;
 use lines::{Fault, Lines};
@@ -67,7 +68,8 @@ pub enum Coordinates {
 }
 
 /// Point on the WGS84 ellipsoid where the local east-north plane of a file in degrees touches it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Origin {
     /// Latitude, degrees north, in [-90, 90].
     pub latitude_deg: f64,

@@ -6,9 +6,9 @@
 mod chart;
 mod curve;
 mod gather;
-mod line_of_sight;
+pub(crate) mod line_of_sight;
 mod margin;
-mod phase;
+pub(crate) mod phase;
 mod separation;
 mod speed_and_turn_rate;
 mod standoff_distance;
@@ -20,10 +20,11 @@ mod trajectories;
 
 use chart::Drawn;
 use gather::Run;
+use serde::Serialize;
 use standoff_sim::record::Frame;
 
 /// What the figures need to know of a run beyond its frames.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Setup {
     /// Caption of every figure.
     pub title: String,

@@ -8,9 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::RecordError;
 use super::folder::MANIFEST;
+use crate::traffic::Origin;
 
 /// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
-pub const FORMAT: u64 = 2;
+pub const FORMAT: u64 = 3;
+/// Records of this format are read, too: they only have no origin.
+const WITHOUT_ORIGIN: u64 = 2;
 
 /// What was run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,6 +31,9 @@ pub struct Manifest {
     pub duration_s: f64,
     /// Time from one instant to the next, s.
     pub period_s: f64,
+    /// Where the local plane touches the Earth, if the scenario says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
 }
 
 impl Manifest {
@@ -41,7 +47,14 @@ impl Manifest {
             seed,
             duration_s,
             period_s,
+            origin: None,
         }
+    }
+
+    /// Scenario and seed, as pictures of the run are titled.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("{}, seed {}", self.scenario, self.seed)
     }
 
     pub(super) fn to_json(&self) -> Result<String, RecordError> {
@@ -68,7 +81,7 @@ impl Manifest {
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         // A later format may have other fields: look at the format before insisting on ours.
         let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
-        if format != FORMAT {
+        if ![WITHOUT_ORIGIN, FORMAT].contains(&format) {
             return Err(RecordError::OtherFormat { path, format, version });
         }
         serde_json::from_str(&text).map_err(damaged)

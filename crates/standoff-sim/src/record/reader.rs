@@ -57,6 +57,15 @@ impl Record {
         file_of::<TruthRow>(&self.dir).exists()
     }
 
+    /// Rows of the larger of the tables of targets: how much there is to show.
+    pub fn target_rows(&self) -> Result<u64, RecordError> {
+        let tracks = TableReader::<At<TrackRow>>::open(file_of::<TrackRow>(&self.dir))?.rows();
+        if !self.has_truth() {
+            return Ok(tracks);
+        }
+        Ok(tracks.max(TableReader::<At<TruthRow>>::open(file_of::<TruthRow>(&self.dir))?.rows()))
+    }
+
     /// Begins to read the frames.
     pub fn frames(&self) -> Result<Frames, RecordError> {
         let truth = self.has_truth().then(|| Merged::open(&self.dir));

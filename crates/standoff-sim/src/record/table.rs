@@ -159,6 +159,11 @@ impl<R: Row> TableReader<R> {
         &self.path
     }
 
+    /// How many rows it says it has.
+    pub(crate) fn rows(&self) -> u64 {
+        u64::try_from(self.file.metadata().file_metadata().num_rows()).unwrap_or(0)
+    }
+
     /// The next row, or `None` after the last.
     pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
         while self.left == 0 {

@@ -76,6 +76,12 @@ impl Bound {
         }
     }
 
+    /// Trace of a target's position block, m2.
+    pub(super) fn position_m2(&self, target: u32) -> Option<f64> {
+        let covariance = self.covariances.get(&target)?;
+        Some(POSITION.iter().map(|axis| covariance[(*axis, *axis)]).sum())
+    }
+
     /// Of the position, and of the velocity.
     pub(super) fn efficiencies(&self) -> [Efficiency; 2] {
         [self.position, self.velocity]

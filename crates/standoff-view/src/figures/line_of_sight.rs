@@ -9,7 +9,7 @@ use standoff_sim::record::{Frame, TrackRow, UavRow};
 
 /// The members of each group and where they are: truly, or as estimated in a run without any truth.
 /// A target in dwell is to be kept in view by the passing group alone.
-pub(super) fn members(frame: &Frame) -> Vec<(u32, Point)> {
+pub(crate) fn members(frame: &Frame) -> Vec<(u32, Point)> {
     let member = |track: &TrackRow| {
         let estimate = || place(track.state[0], track.state[3]);
         // A track without a true target is nothing to look at: the target has left.
@@ -20,7 +20,7 @@ pub(super) fn members(frame: &Frame) -> Vec<(u32, Point)> {
 }
 
 /// Largest angle between the UAV's boresight and a member of its group, rad.
-pub(super) fn widest(row: &UavRow, members: &[(u32, Point)]) -> Option<f64> {
+pub(crate) fn widest(row: &UavRow, members: &[(u32, Point)]) -> Option<f64> {
     let (group, boresight) = (row.group?, Angle::from_rad(usable(row.boresight_rad?)?));
     let (east, north) = place(row.x_m, row.y_m)?;
     let own = members.iter().filter(|member| member.0 == group);

@@ -10,11 +10,11 @@ use std::collections::BTreeSet;
 
 /// What a phase separation lies between: how many UAVs are on the orbit, the UAV, and the other of a
 /// pair; of more UAVs it is the next one anticlockwise.
-pub(super) type Between = (usize, u32, Option<u32>);
+pub(crate) type Between = (usize, u32, Option<u32>);
 
 /// The phase separations of each group in a frame, rad; none where a phase is unknown, for neither the
 /// neighbours nor their number would be right.
-pub(super) fn separations(frame: &Frame) -> Vec<(u32, Between, f64)> {
+pub(crate) fn separations(frame: &Frame) -> Vec<(u32, Between, f64)> {
     let mut found = Vec::new();
     let groups: BTreeSet<u32> = frame.uavs.iter().filter_map(|row| row.group).collect();
     for group in groups {

@@ -1,0 +1,78 @@
+// What part of the plane the map shows: north up, one scale for both axes.
+
+class Camera {
+  constructor() {
+    this.x_m = 0;
+    this.y_m = 0;
+    this.px_per_m = 0.2;
+    this.width = 1;
+    this.height = 1;
+  }
+
+  /** From the world to the canvas, px. */
+  at(x_m, y_m) {
+    return [this.width / 2 + (x_m - this.x_m) * this.px_per_m, this.height / 2 - (y_m - this.y_m) * this.px_per_m];
+  }
+
+  /** From the canvas to the world, m. */
+  world(x, y) {
+    return [this.x_m + (x - this.width / 2) / this.px_per_m, this.y_m - (y - this.height / 2) / this.px_per_m];
+  }
+
+  pan(dx, dy) {
+    this.x_m -= dx / this.px_per_m;
+    this.y_m += dy / this.px_per_m;
+  }
+
+  /** Zooms about a place on the canvas, which stays where it is. */
+  zoom(factor, x = this.width / 2, y = this.height / 2) {
+    const [x_m, y_m] = this.world(x, y);
+    this.px_per_m = Math.min(Math.max(this.px_per_m * factor, 1e-4), 50);
+    const [now_x_m, now_y_m] = this.world(x, y);
+    this.x_m += x_m - now_x_m;
+    this.y_m += y_m - now_y_m;
+  }
+
+  /** Shows all of these places. */
+  fit(places) {
+    const xs = places.map((place) => place[0]).filter(Number.isFinite);
+    const ys = places.map((place) => place[1]).filter(Number.isFinite);
+    if (!xs.length || !ys.length) return;
+    const least = (values) => values.reduce((a, b) => Math.min(a, b));
+    const most = (values) => values.reduce((a, b) => Math.max(a, b));
+    const [west, east, south, north] = [least(xs), most(xs), least(ys), most(ys)];
+    this.x_m = (west + east) / 2;
+    this.y_m = (south + north) / 2;
+    const room = 1.15;
+    const wide = Math.max(room * (east - west), 200);
+    const high = Math.max(room * (north - south), 200);
+    this.px_per_m = Math.min(this.width / wide, this.height / high);
+  }
+
+  sees(x_m, y_m, margin = 20) {
+    const [x, y] = this.at(x_m, y_m);
+    return x > -margin && y > -margin && x < this.width + margin && y < this.height + margin;
+  }
+}
+
+/** Latitude and longitude, degrees, of a place in the plane that touches the WGS84 ellipsoid at the origin. */
+function geographic(origin, east_m, north_m) {
+  const a = 6378137;
+  const f = 1 / 298.257223563;
+  const e2 = f * (2 - f);
+  const lat0 = (origin.latitude_deg * Math.PI) / 180;
+  const lon0 = (origin.longitude_deg * Math.PI) / 180;
+  const n0 = a / Math.sqrt(1 - e2 * Math.sin(lat0) ** 2);
+  const out_m = n0 * Math.cos(lat0) - Math.sin(lat0) * north_m;
+  const x = out_m * Math.cos(lon0) - Math.sin(lon0) * east_m;
+  const y = out_m * Math.sin(lon0) + Math.cos(lon0) * east_m;
+  const z = n0 * (1 - e2) * Math.sin(lat0) + Math.cos(lat0) * north_m;
+  const p = Math.hypot(x, y);
+  // Fixed point of the latitude: near the surface each round gains more than two digits.
+  let lat = Math.atan2(z, p * (1 - e2));
+  for (let round = 0; round < 6; round++) {
+    const n = a / Math.sqrt(1 - e2 * Math.sin(lat) ** 2);
+    lat = Math.atan2(z + e2 * n * Math.sin(lat), p);
+  }
+  return [(lat * 180) / Math.PI, (Math.atan2(y, x) * 180) / Math.PI];
+}

@@ -1,0 +1,93 @@
+// Time of the mission as it is shown: playing, paused, or following a run that is still being flown.
+
+class Clock {
+  static SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32];
+
+  constructor(film) {
+    this.film = film;
+    this.time_s = 0;
+    this.speed = 1;
+    this.playing = false;
+    /** Stays at the newest instant. */
+    this.following = false;
+    this.last_ms = null;
+    this.listeners = [];
+  }
+
+  on(listener) {
+    this.listeners.push(listener);
+  }
+
+  tell() {
+    for (const listener of this.listeners) listener(this);
+  }
+
+  seek(time_s) {
+    this.following = false;
+    this.time_s = Math.min(Math.max(time_s, this.film.times_s[0] ?? 0), this.film.end_s);
+    this.tell();
+  }
+
+  /** Moves by whole instants. */
+  step(instants) {
+    const last = this.film.times_s.length - 1;
+    const instant = Math.min(Math.max(this.film.instant(this.time_s) + instants, 0), last);
+    this.pause();
+    this.seek(this.film.times_s[instant]);
+  }
+
+  play() {
+    if (this.time_s >= this.film.end_s && !this.following) this.time_s = this.film.times_s[0] ?? 0;
+    this.playing = true;
+    this.last_ms = null;
+    this.tell();
+  }
+
+  pause() {
+    this.playing = false;
+    this.following = false;
+    this.tell();
+  }
+
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+
+  follow() {
+    this.playing = true;
+    this.following = true;
+    this.last_ms = null;
+    this.tell();
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    this.tell();
+  }
+
+  faster(places) {
+    const index = Clock.SPEEDS.indexOf(this.speed) + places;
+    this.setSpeed(Clock.SPEEDS[Math.min(Math.max(index, 0), Clock.SPEEDS.length - 1)]);
+  }
+
+  /** Moves on to the time of a picture; says whether anything moved. */
+  tick(now_ms) {
+    const passed_s = this.last_ms === null ? 0 : Math.min((now_ms - this.last_ms) / 1000, 0.25);
+    this.last_ms = now_ms;
+    if (!this.playing) return false;
+    const before_s = this.time_s;
+    if (this.following) {
+      // Glides after the newest instant, a period behind it at most, faster the further behind it is.
+      const behind_s = this.film.end_s - this.time_s;
+      const rate = Math.max(1, behind_s / this.film.head.period_s);
+      this.time_s = Math.min(this.time_s + passed_s * rate, this.film.end_s);
+      if (this.film.done && this.time_s >= this.film.end_s) this.pause();
+    } else {
+      this.time_s = Math.min(this.time_s + passed_s * this.speed, this.film.end_s);
+      if (this.film.done && this.time_s >= this.film.end_s) this.pause();
+    }
+    if (this.time_s !== before_s) this.tell();
+    return this.time_s !== before_s;
+  }
+}

@@ -1,0 +1,262 @@
+// A replay in memory: its halves are decoded here, and values looked up by time. `src/replay.rs` describes the format.
+
+/** Inflates gzip. */
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** Numbers by column, object and instant; NaN for what there is not. */
+class Table {
+  constructor(directory, instants, bytes) {
+    this.ids = directory.ids;
+    this.instants = instants;
+    this.places = new Map(directory.ids.map((id, place) => [id, place]));
+    this.columns = new Map();
+    const cells = directory.ids.length * instants;
+    directory.columns.forEach((name, index) => {
+      this.columns.set(name, Table.column(bytes, 4 * cells * index, cells, instants));
+    });
+    this.bytes = 4 * cells * directory.columns.length;
+  }
+
+  /** Four planes of bytes hold the differences of the numbers' bits, object by object. */
+  static column(bytes, from, cells, instants) {
+    const bits = new Uint32Array(cells);
+    for (let place = 0; place < 4; place++) {
+      const plane = from + place * cells;
+      for (let cell = 0; cell < cells; cell++) bits[cell] |= bytes[plane + cell] << (8 * place);
+    }
+    for (let cell = 0; cell < cells; cell++) {
+      if (cell % instants !== 0) bits[cell] = bits[cell] + bits[cell - 1];
+    }
+    return new Float32Array(bits.buffer);
+  }
+
+  value(column, id, instant) {
+    const place = this.places.get(id);
+    return place === undefined ? NaN : this.columns.get(column)[place * this.instants + instant];
+  }
+}
+
+/** One half of a part. */
+class Half {
+  constructor(bytes) {
+    const length = new DataView(bytes.buffer, bytes.byteOffset).getUint32(0, true);
+    const directory = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
+    this.times_s = directory.times_us.map((time) => time / 1e6);
+    this.events = directory.events;
+    this.tables = {};
+    let rest = bytes.subarray(4 + length);
+    for (const table of directory.tables) {
+      this.tables[table.name] = new Table(table, this.times_s.length, rest);
+      rest = rest.subarray(this.tables[table.name].bytes);
+    }
+  }
+}
+
+/** Index of the last time that is not later than `time_s`; -1 before the first. */
+function lastNotAfter(times_s, time_s) {
+  let low = 0;
+  let high = times_s.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times_s[middle] <= time_s + 1e-9) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+/** A replay as far as it has been loaded: every overview, and the details around what is shown. */
+class Film {
+  /** How many details are kept. */
+  static KEPT = 12;
+
+  constructor(source, head) {
+    this.source = source;
+    this.head = head;
+    this.parts = [];
+    this.starts = [];
+    this.times_s = [];
+    this.events = [];
+    this.details = new Map();
+    this.ids = { uavs: [], groups: [] };
+    this.done = false;
+  }
+
+  /** Takes in the overview of the next part. */
+  add(half) {
+    this.starts.push(this.times_s.length);
+    this.parts.push(half);
+    for (const time_s of half.times_s) this.times_s.push(time_s);
+    for (const event of half.events) this.events.push({ ...event, time_s: event.time_us / 1e6 });
+    for (const name of ["uavs", "groups"]) {
+      const known = new Set(this.ids[name]);
+      const added = half.tables[name].ids.filter((id) => !known.has(id));
+      if (added.length) this.ids[name] = [...this.ids[name], ...added].sort((a, b) => a - b);
+    }
+  }
+
+  get end_s() {
+    return this.times_s.length ? this.times_s[this.times_s.length - 1] : 0;
+  }
+
+  /** The instant that is on at a time. */
+  instant(time_s) {
+    return Math.max(0, lastNotAfter(this.times_s, time_s));
+  }
+
+  /** The part that holds an instant. */
+  part(instant) {
+    return Math.max(0, lastNotAfter(this.starts, instant));
+  }
+
+  /** A value of the overview. */
+  value(table, column, id, instant) {
+    if (instant < 0 || instant >= this.times_s.length) return NaN;
+    const part = this.part(instant);
+    return this.parts[part].tables[table].value(column, id, instant - this.starts[part]);
+  }
+
+  /** A column of one object over all instants. */
+  series(table, column, id) {
+    const values = new Float32Array(this.times_s.length).fill(NaN);
+    this.parts.forEach((half, index) => {
+      const { places, columns, instants } = half.tables[table];
+      const place = places.get(id);
+      if (place === undefined) return;
+      values.set(columns.get(column).subarray(place * instants, (place + 1) * instants), this.starts[index]);
+    });
+    return values;
+  }
+
+  /** The detail around a time, if it has been loaded; else `undefined`, and it is loaded. */
+  detail(time_s) {
+    const part = this.part(this.instant(time_s));
+    if (part + 1 < this.parts.length) this.load(part + 1);
+    return this.load(part);
+  }
+
+  /** The detail that follows another one, if it has been loaded and holds anything. */
+  after(detail) {
+    for (const [part, held] of this.details) {
+      if (held === detail) return this.details.get(part + 1)?.times_s.length ? this.details.get(part + 1) : undefined;
+    }
+    return undefined;
+  }
+
+  load(part) {
+    const held = this.details.get(part);
+    if (held === undefined && part < this.parts.length) {
+      this.details.set(part, null);
+      this.source.half("detail", part).then((half) => this.keep(part, half), () => this.details.delete(part));
+    }
+    return held || undefined;
+  }
+
+  keep(part, half) {
+    this.details.set(part, half);
+    const others = [...this.details.keys()].filter((other) => this.details.get(other) && Math.abs(other - part) > 1);
+    for (const other of others.slice(0, Math.max(0, this.details.size - Film.KEPT))) this.details.delete(other);
+    this.loaded?.();
+  }
+}
+
+/** Between two angles, the shorter way round. */
+function turned(from_rad, to_rad, share) {
+  const way = Math.atan2(Math.sin(to_rad - from_rad), Math.cos(to_rad - from_rad));
+  return from_rad + share * way;
+}
+
+/** Between two values: `b` may be missing. */
+function between(a, b, share) {
+  return Number.isNaN(b) ? a : a + share * (b - a);
+}
+
+/** The data inside a report. */
+class FileSource {
+  constructor() {
+    this.live = false;
+  }
+
+  async bytes(name) {
+    const text = document.querySelector(`script[data-part="${name}"]`).textContent;
+    return inflate(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)));
+  }
+
+  async json(name) {
+    return JSON.parse(new TextDecoder().decode(await this.bytes(name)));
+  }
+
+  async head() {
+    return this.json("head");
+  }
+
+  async half(kind, part) {
+    return new Half(await this.bytes(`${kind}-${part}`));
+  }
+
+  /** Tells once how much there is. */
+  follow(told) {
+    const parts = document.querySelectorAll('script[data-part^="overview-"]').length;
+    told({ parts, done: true });
+  }
+
+  async charts() {
+    const url = URL.createObjectURL(new Blob([await this.bytes("charts")], { type: "text/javascript" }));
+    return script(url);
+  }
+}
+
+/** Data from the server that the page came from. */
+class ServedSource {
+  constructor(base) {
+    this.base = base;
+    this.live = true;
+  }
+
+  async fetched(path) {
+    const answer = await fetch(`${this.base}/${path}`);
+    if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
+    return answer;
+  }
+
+  async head() {
+    return (await this.fetched("head.json")).json();
+  }
+
+  async half(kind, part) {
+    return new Half(new Uint8Array(await (await this.fetched(`${kind}/${part}`)).arrayBuffer()));
+  }
+
+  /** Tells how much there is, now and whenever that changes; goes on after an interruption. */
+  follow(told, pause_ms = 500) {
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(`${scheme}//${location.host}${this.base}/feed`);
+    let done = false;
+    socket.onmessage = (message) => {
+      const state = JSON.parse(message.data);
+      done = state.done;
+      pause_ms = 500;
+      told(state);
+    };
+    socket.onclose = () => {
+      if (!done) setTimeout(() => this.follow(told, Math.min(2 * pause_ms, 8000)), pause_ms);
+    };
+  }
+
+  async charts() {
+    return script("/plotly.js");
+  }
+}
+
+/** Runs another script. */
+function script(url) {
+  return new Promise((resolve, reject) => {
+    const element = document.createElement("script");
+    element.src = url;
+    element.onload = resolve;
+    element.onerror = () => reject(new Error("the charts' script did not load"));
+    document.head.append(element);
+  });
+}

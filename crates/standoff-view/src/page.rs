@@ -1,0 +1,58 @@
+//! The page that replays a run: one file with its data inside, or served.
+//!
+//! What it is made of lies in `page/`, plain scripts without a build step; the charts' script comes from the crate
+//! that carries it (`build.rs`).
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
+
+use crate::replay::{Head, Part, gzip};
+
+/// The page's own script. Its files share one scope.
+const SCRIPT: &str = concat!(
+    "(() => {\n\"use strict\";\n",
+    include_str!("../page/film.js"),
+    include_str!("../page/clock.js"),
+    include_str!("../page/camera.js"),
+    include_str!("../page/scene.js"),
+    include_str!("../page/palette.js"),
+    include_str!("../page/map.js"),
+    include_str!("../page/timeline.js"),
+    include_str!("../page/state.js"),
+    include_str!("../page/charts.js"),
+    include_str!("../page/replay.js"),
+    include_str!("../page/main.js"),
+    "})();\n",
+);
+const STYLE: &str = include_str!("../page/style.css");
+const REPLAY: &str = include_str!("../page/replay.html");
+/// The charts' script, gzipped.
+const CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
+
+/// Inflates the page's script and runs it; the only script of a report that is plain text.
+const START: &str = include_str!("../page/start.js");
+
+/// What a report may do: run what is inside it. Nothing is ever fetched.
+const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
+                             img-src data: blob:; base-uri 'none'; form-action 'none'";
+
+/// A run in one file that opens from disk, with no network.
+pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{REPORT_POLICY}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>standoff</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{REPLAY}"
+    );
+    let mut put = |name: &str, gz: &[u8]| {
+        page += &format!("<script type=\"application/gzip\" data-part=\"{name}\">{}</script>\n", BASE64.encode(gz));
+    };
+    put("head", &gzip(head.json()?.as_bytes()));
+    for (number, part) in parts.iter().enumerate() {
+        put(&format!("overview-{number}"), &part.overview);
+        put(&format!("detail-{number}"), &part.detail);
+    }
+    put("page", &gzip(SCRIPT.as_bytes()));
+    put("charts", CHARTS);
+    Ok(page + &format!("<script>\n{START}</script>\n</body>\n</html>\n"))
+}

@@ -1,0 +1,25 @@
+//! A run as the page replays it: what the record holds and what is worked out from it, small and in parts.
+//!
+//! A replay is a head ([`Head`], JSON) and numbered parts, each of consecutive instants and each of two halves that are
+//! asked for separately: the *overview* (UAVs, groups, events), of which the page keeps all, and the *detail* (targets),
+//! of which it keeps what it shows. A half is gzip of:
+//!
+//! ```text
+//! u32, little endian: length of the directory | the directory, JSON | the tables, one after the other
+//! directory: {"times_us": [...], "events": [...], "tables": [{"name", "columns": [...], "ids": [...]}]}
+//! ```
+//!
+//! A table holds single-precision numbers, NaN for what there is not; `table.rs` tells how they lie. SI units, world
+//! frame (x east, y north), angles in radians anticlockwise from east, as in the record.
+
+mod encoder;
+mod head;
+mod part;
+mod table;
+
+pub use encoder::{Encoder, Part};
+pub(crate) use part::gzip;
+pub use head::{Head, Line};
+
+/// Format of heads and parts; it rises when either changes.
+pub const FORMAT: u32 = 1;

@@ -1,0 +1,316 @@
+//! Frames in, parts of a replay out.
+
+use std::collections::BTreeMap;
+
+use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::score::{Judged, PositionBound, Rules};
+
+use super::part::{Event, half};
+use super::table::Table;
+use crate::figures::{line_of_sight, phase};
+
+/// Instants after which a part is full.
+const INSTANTS: usize = 256;
+/// Rows of targets after which it is.
+const ROWS: usize = 50_000;
+
+const UAV: [&str; 16] = [
+    "group",
+    "x_m",
+    "y_m",
+    "heading_rad",
+    "speed_m_s",
+    "turn_rate_rad_s",
+    "boresight_rad",
+    "speed_command_m_s",
+    "turn_rate_command_rad_s",
+    "speed_limited",
+    "turn_rate_limited",
+    "centre_distance_m",
+    "altitude_m",
+    // worked out
+    "tracking_error_m",
+    "standoff_error_m",
+    "line_of_sight_rad",
+];
+
+const GROUP: [&str; 17] = [
+    "x_m",
+    "y_m",
+    "vx_m_s",
+    "vy_m_s",
+    "members",
+    "spread_m",
+    "margin_m",
+    "standoff_unclamped_m",
+    "standoff_distance_m",
+    "standoff_rate_m_s",
+    "feasible",
+    "separation_m",
+    // worked out
+    "phase_rad",
+    "phase_wanted_rad",
+    "position_error_m",
+    "position_bound_m",
+    "scan_sd_m",
+];
+
+const TARGET: [&str; 15] = [
+    "true_x_m",
+    "true_y_m",
+    "x_m",
+    "y_m",
+    "vx_m_s",
+    "vy_m_s",
+    "cov_x_x",
+    "cov_x_y",
+    "cov_y_y",
+    "status",
+    "place",
+    "group",
+    "to_group",
+    // worked out
+    "in_view",
+    "detections",
+];
+
+/// Turns the frames of a run into parts.
+#[derive(Debug)]
+pub struct Encoder {
+    rules: Rules,
+    separation_rad: f64,
+    stride: usize,
+    bound: Option<PositionBound>,
+    instants: usize,
+    draft: Draft,
+}
+
+/// Consecutive instants of a replay: gzipped halves, as the [module](super) tells.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// UAVs, groups and events.
+    pub overview: Vec<u8>,
+    /// Targets.
+    pub detail: Vec<u8>,
+}
+
+/// A part in the making.
+#[derive(Debug)]
+struct Draft {
+    times_us: Vec<i64>,
+    detail_times_us: Vec<i64>,
+    events: Vec<Event>,
+    uavs: Table<{ UAV.len() }>,
+    groups: Table<{ GROUP.len() }>,
+    targets: Table<{ TARGET.len() }>,
+}
+
+impl Encoder {
+    /// An encoder at the start of a run. Only every `stride`-th instant (at least 1) gets a detail.
+    #[must_use]
+    pub fn new(rules: &Rules, stride: usize) -> Self {
+        Self {
+            rules: *rules,
+            separation_rad: rules.separation_rad,
+            stride: stride.max(1),
+            bound: PositionBound::of(rules),
+            instants: 0,
+            draft: Draft::new(),
+        }
+    }
+
+    /// Takes in the next frame; gives a part when one is full.
+    pub fn frame(&mut self, frame: &Frame) -> Option<Part> {
+        if let Some(bound) = &mut self.bound {
+            bound.frame(frame);
+        }
+        let judged = Judged::new(&self.rules, frame);
+        let draft = &mut self.draft;
+        draft.times_us.push(frame.time_us);
+        draft.events.extend(frame.events.iter().map(|row| Event::of(frame.time_us, row)));
+        let members = line_of_sight::members(frame);
+        draft.uavs.next_instant();
+        for row in &frame.uavs {
+            let group = frame.groups.iter().find(|group| Some(group.group) == row.group);
+            let line_of_sight_rad = line_of_sight::widest(row, &members);
+            draft.uavs.put(row.uav, uav(row, group, judged.standoff_error_m(row), line_of_sight_rad));
+        }
+        let phases = phases(frame, self.separation_rad);
+        draft.groups.next_instant();
+        for row in &frame.groups {
+            let errors = errors(frame, &judged, self.bound.as_ref(), row.group);
+            let phase = phases.get(&row.group).copied();
+            draft.groups.put(row.group, group(row, phase, errors, judged.scan_sd_m(row.group)));
+        }
+        if self.instants.is_multiple_of(self.stride) {
+            draft.detail(frame, &judged);
+        }
+        self.instants += 1;
+        let is_full = draft.times_us.len() >= INSTANTS || draft.targets.rows() >= ROWS;
+        if is_full { self.part() } else { None }
+    }
+
+    /// What there is since the last part; `None` if nothing.
+    pub fn part(&mut self) -> Option<Part> {
+        if self.draft.times_us.is_empty() {
+            return None;
+        }
+        let Draft { times_us, detail_times_us, events, uavs, groups, targets } =
+            std::mem::replace(&mut self.draft, Draft::new());
+        let overview = half(&times_us, &events, &[&uavs, &groups]);
+        Some(Part { overview, detail: half(&detail_times_us, &[], &[&targets]) })
+    }
+}
+
+impl Draft {
+    fn new() -> Self {
+        Self {
+            times_us: Vec::new(),
+            detail_times_us: Vec::new(),
+            events: Vec::new(),
+            uavs: Table::new("uavs", UAV),
+            groups: Table::new("groups", GROUP),
+            targets: Table::new("targets", TARGET),
+        }
+    }
+
+    /// The targets: those that exist beside their tracks, and tracks of those that do not any more.
+    fn detail(&mut self, frame: &Frame, judged: &Judged<'_>) {
+        self.detail_times_us.push(frame.time_us);
+        self.targets.next_instant();
+        let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
+        for detection in &frame.detections {
+            *detections.entry(detection.target).or_default() += 1;
+        }
+        let truth = |id: u32| frame.truth.binary_search_by_key(&id, |row| row.target).ok().map(|at| &frame.truth[at]);
+        let track = |id: u32| frame.tracks.binary_search_by_key(&id, |row| row.target).ok().map(|at| &frame.tracks[at]);
+        let ids = frame.truth.iter().map(|row| row.target).chain(frame.tracks.iter().map(|row| row.target));
+        for id in ids {
+            let seen = detections.get(&id).copied().unwrap_or(0);
+            self.targets.put(id, target(truth(id), track(id), judged.in_view(id), seen));
+        }
+    }
+}
+
+fn uav(
+    row: &UavRow,
+    group: Option<&GroupRow>,
+    standoff_error_m: Option<f64>,
+    line_of_sight_rad: Option<f64>,
+) -> [Option<f64>; UAV.len()] {
+    [
+        row.group.map(f64::from),
+        Some(row.x_m),
+        Some(row.y_m),
+        Some(row.heading_rad),
+        Some(row.speed_m_s),
+        Some(row.turn_rate_rad_s),
+        row.boresight_rad,
+        Some(row.speed_command_m_s),
+        Some(row.turn_rate_command_rad_s),
+        Some(f64::from(row.speed_limited)),
+        Some(f64::from(row.turn_rate_limited)),
+        row.centre_distance_m,
+        row.altitude_m,
+        row.centre_distance_m.zip(group).map(|(distance_m, group)| distance_m - group.standoff_distance_m),
+        standoff_error_m,
+        line_of_sight_rad,
+    ]
+}
+
+fn group(
+    row: &GroupRow,
+    phase: Option<(f64, f64)>,
+    errors: Option<(f64, Option<f64>)>,
+    scan_sd_m: Option<f64>,
+) -> [Option<f64>; GROUP.len()] {
+    [
+        Some(row.x_m),
+        Some(row.y_m),
+        Some(row.vx_m_s),
+        Some(row.vy_m_s),
+        Some(f64::from(row.members)),
+        Some(row.spread_m),
+        Some(row.margin_m),
+        Some(row.standoff_unclamped_m),
+        Some(row.standoff_distance_m),
+        Some(row.standoff_rate_m_s),
+        Some(f64::from(row.feasible)),
+        row.separation_m,
+        phase.map(|(phase_rad, _)| phase_rad),
+        phase.map(|(_, wanted_rad)| wanted_rad),
+        errors.map(|(error_m, _)| error_m),
+        errors.and_then(|(_, bound_m)| bound_m),
+        scan_sd_m,
+    ]
+}
+
+fn target(
+    truth: Option<&TruthRow>,
+    track: Option<&TrackRow>,
+    in_view: Option<bool>,
+    detections: u32,
+) -> [Option<f64>; TARGET.len()] {
+    let state = |place: usize| track.map(|track| track.state[place]);
+    // [x, vx, ax, y, vy, ay]: rows of the upper triangle have 6, 5, 4, 3, 2, 1 numbers.
+    let covariance = |place: usize| track.map(|track| track.covariance[place]);
+    [
+        truth.map(|truth| truth.x_m),
+        truth.map(|truth| truth.y_m),
+        state(0),
+        state(3),
+        state(1),
+        state(4),
+        covariance(0),
+        covariance(3),
+        covariance(15),
+        track.map(|track| match track.status {
+            TrackStatus::Cued => 0.0,
+            TrackStatus::Held => 1.0,
+            TrackStatus::Coasting => 2.0,
+        }),
+        track.map(|track| match track.place {
+            Place::Unassigned => 0.0,
+            Place::Member => 1.0,
+            Place::Dwell => 2.0,
+            Place::Discarded => 3.0,
+        }),
+        track.and_then(|track| track.group).map(f64::from),
+        track.and_then(|track| track.to_group).map(f64::from),
+        in_view.map(f64::from),
+        Some(f64::from(detections)),
+    ]
+}
+
+/// The phase separation of each group that is furthest from what is wanted, and what is wanted, rad.
+fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
+    let mut worst: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+    for (group, (count, ..), phase_rad) in phase::separations(frame) {
+        let wanted_rad = if count == 2 { pair_rad } else { standoff::math::TAU / count as f64 };
+        let off_rad = |(phase_rad, wanted_rad): (f64, f64)| (phase_rad - wanted_rad).abs();
+        let this = (phase_rad, wanted_rad);
+        let entry = worst.entry(group).or_insert(this);
+        if off_rad(this) > off_rad(*entry) {
+            *entry = this;
+        }
+    }
+    worst
+}
+
+/// Root of the mean squared position error of a group's members, and of the mean of its bound, m.
+fn errors(
+    frame: &Frame,
+    judged: &Judged<'_>,
+    bound: Option<&PositionBound>,
+    group: u32,
+) -> Option<(f64, Option<f64>)> {
+    let members = frame.tracks.iter().filter(|track| track.group == Some(group));
+    let both = members.filter_map(|track| {
+        let error_m = judged.position_error_m(track)?;
+        Some((error_m * error_m, bound.and_then(|bound| bound.position_m2(track.target))))
+    });
+    let both: Vec<(f64, Option<f64>)> = both.collect();
+    let mean = |sum: f64| (sum / both.len() as f64).sqrt();
+    let bound_m2: Option<f64> = both.iter().map(|(_, bound_m2)| *bound_m2).sum();
+    (!both.is_empty()).then(|| (mean(both.iter().map(|(error_m2, _)| error_m2).sum()), bound_m2.map(mean)))
+}

@@ -1,0 +1,74 @@
+//! What a replay says before anything moves.
+
+use serde::Serialize;
+use standoff_sim::record::Manifest;
+use standoff_sim::traffic::Origin;
+
+use super::FORMAT;
+use crate::figures::Setup;
+
+/// What the page needs to know of a run beside its parts.
+#[derive(Debug, Clone, Serialize)]
+pub struct Head {
+    format: u32,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the run, as text: a page's numbers have 53 bits.
+    pub seed: String,
+    /// Version of standoff that flew it.
+    pub version: String,
+    /// Length of the mission, s.
+    pub duration_s: f64,
+    /// Time between instants, s.
+    pub period_s: f64,
+    /// Where the local plane touches the Earth.
+    pub origin: Option<Origin>,
+    /// The UAVs' limits.
+    pub limits: Setup,
+    /// Names of the targets by id. They come from files of strangers: the page shows them as text.
+    pub targets: Vec<String>,
+    /// What the run came to; empty while it flies.
+    pub outcome: Vec<Line>,
+    /// Only every so many instants have a detail.
+    pub stride: usize,
+}
+
+/// A line of the table of outcomes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Line {
+    /// What it is about: `estimates`, `orbit`.
+    pub topic: &'static str,
+    /// What is measured, in words.
+    pub what: &'static str,
+    /// Name of the metric.
+    pub metric: &'static str,
+    /// Its value, in `unit`.
+    pub value: Option<f64>,
+    /// The unit.
+    pub unit: &'static str,
+}
+
+impl Head {
+    /// The head of a run that has not come to anything yet.
+    #[must_use]
+    pub fn new(manifest: &Manifest, limits: Setup, targets: Vec<String>) -> Self {
+        Self {
+            format: FORMAT,
+            scenario: manifest.scenario.clone(),
+            seed: manifest.seed.to_string(),
+            version: manifest.version.clone(),
+            duration_s: manifest.duration_s,
+            period_s: manifest.period_s,
+            origin: manifest.origin,
+            limits,
+            targets,
+            outcome: Vec::new(),
+            stride: 1,
+        }
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+}

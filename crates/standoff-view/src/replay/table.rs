@@ -1,0 +1,122 @@
+//! A table of numbers over time, small when compressed.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// What objects had at the instants of a part: a row of `N` single-precision numbers each, NaN for what there was not.
+#[derive(Debug)]
+pub(super) struct Table<const N: usize> {
+    name: &'static str,
+    columns: [&'static str; N],
+    instants: usize,
+    objects: BTreeMap<u32, Vec<[f32; N]>>,
+}
+
+/// How the page finds its way in a table's bytes.
+#[derive(Debug, Serialize)]
+pub(super) struct Directory {
+    name: &'static str,
+    columns: Vec<&'static str>,
+    ids: Vec<u32>,
+}
+
+impl<const N: usize> Table<N> {
+    pub(super) fn new(name: &'static str, columns: [&'static str; N]) -> Self {
+        Self { name, columns, instants: 0, objects: BTreeMap::new() }
+    }
+
+    /// Begins the next instant.
+    pub(super) fn next_instant(&mut self) {
+        self.instants += 1;
+    }
+
+    /// What an object has at this instant; the first that is said counts.
+    pub(super) fn put(&mut self, id: u32, row: [Option<f64>; N]) {
+        let rows = self.objects.entry(id).or_default();
+        if rows.len() < self.instants {
+            rows.resize(self.instants - 1, [f32::NAN; N]);
+            rows.push(row.map(single));
+        }
+    }
+
+    pub(super) fn directory(&self) -> Directory {
+        Directory { name: self.name, columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
+    }
+
+    /// Rows put so far, missing ones between them included.
+    pub(super) fn rows(&self) -> usize {
+        self.objects.len() * self.instants
+    }
+
+    /// Column by column, object by object, instant by instant: the difference of each number's bits from those of the
+    /// instant before. Of a column all least significant bytes come first, then the next, ...: what changes little is
+    /// mostly zeros then.
+    pub(super) fn write(&self, bytes: &mut Vec<u8>) {
+        let missing = [f32::NAN; N];
+        for column in 0..N {
+            let of = |rows: &'_ Vec<[f32; N]>, instant: usize| rows.get(instant).unwrap_or(&missing)[column].to_bits();
+            for place in 0..4 {
+                for rows in self.objects.values() {
+                    let mut before = 0;
+                    bytes.extend((0..self.instants).map(|instant| {
+                        let bits = of(rows, instant);
+                        let difference = bits.wrapping_sub(before);
+                        before = bits;
+                        difference.to_le_bytes()[place]
+                    }));
+                }
+            }
+        }
+    }
+}
+
+/// Single precision, one bit pattern for every NaN; too large a number is none.
+fn single(value: Option<f64>) -> f32 {
+    value.map(|value| value as f32).filter(|value| value.is_finite()).unwrap_or(f32::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reads a table back as the page does.
+    fn read<const N: usize>(table: &Table<N>) -> BTreeMap<u32, Vec<[f32; N]>> {
+        let mut bytes = Vec::new();
+        table.write(&mut bytes);
+        let (ids, instants) = (table.directory().ids, table.instants);
+        let plane = ids.len() * instants;
+        assert_eq!(bytes.len(), 4 * N * plane);
+        let mut objects = BTreeMap::new();
+        for (object, id) in ids.iter().enumerate() {
+            let mut rows = vec![[0.0; N]; instants];
+            for column in 0..N {
+                let mut bits = 0u32;
+                for (instant, row) in rows.iter_mut().enumerate() {
+                    let at = |place: usize| bytes[(4 * column + place) * plane + object * instants + instant];
+                    bits = bits.wrapping_add(u32::from_le_bytes([at(0), at(1), at(2), at(3)]));
+                    row[column] = f32::from_bits(bits);
+                }
+            }
+            objects.insert(*id, rows);
+        }
+        objects
+    }
+
+    #[test]
+    fn a_table_reads_back_and_what_is_missing_is_nan() {
+        let mut table = Table::new("t", ["a", "b"]);
+        table.next_instant();
+        table.put(7, [Some(1.5), None]);
+        table.put(7, [Some(99.0), None]);
+        table.next_instant();
+        table.put(3, [Some(-2.0), Some(1e300)]);
+        table.next_instant();
+        table.put(7, [Some(-0.25), Some(f64::NAN)]);
+        let objects = read(&table);
+        let text = |id: u32| format!("{:?}", objects[&id]);
+        assert_eq!(text(3), "[[NaN, NaN], [-2.0, NaN], [NaN, NaN]]");
+        assert_eq!(text(7), "[[1.5, NaN], [NaN, NaN], [-0.25, NaN]]");
+        assert_eq!(objects.len(), 2);
+    }
+}
