@@ -10,6 +10,8 @@ mod reproduce;
 mod run;
 mod scenarios;
 mod tell;
+mod view;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -52,6 +54,9 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Look at a run in a browser: a map that replays it, charts, events.
+    #[command(after_help = view::EXAMPLES)]
+    View(view::Args),
     /// Measure the paper's tables, figures and claims again: paper beside ours.
     #[command(after_help = reproduce::EXAMPLES)]
     Reproduce(reproduce::Args),
@@ -78,6 +83,7 @@ Examples:
   standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
   standoff check mine.toml
   standoff show standoff-out/paper/figure-9-1         tell a finished run again
+  standoff view standoff-out/paper/figure-9-1         look at it in a browser
   standoff reproduce table-2                          the paper's Table II beside ours
 
 Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
@@ -90,6 +96,7 @@ fn main() -> ExitCode {
         Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Show { dir, metrics, json }) => tell::show(&dir, metrics.choice, json),
+        Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { name }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),

@@ -73,6 +73,16 @@ pub(crate) struct Event {
     pub(crate) reason: String,
 }
 
+/// The rows of the table that were chosen; shares in percent.
+pub(crate) fn lines(metrics: &Chosen) -> Vec<Line> {
+    let line = |(topic, what, metric, unit): (_, _, &'static str, _)| {
+        let percent = if metric.ends_with("_fraction") { 100.0 } else { 1.0 };
+        let value = metrics.get(metric)?.map(|value| percent * value);
+        Some(Line { topic, what, metric, value, unit })
+    };
+    ROWS.into_iter().filter_map(line).collect()
+}
+
 impl Outcome {
     /// One JSON object and a newline.
     pub(crate) fn json(&self) -> serde_json::Result<String> {
@@ -84,16 +94,6 @@ impl Outcome {
         print(&if json { self.json().map_err(Failure::running)? } else { self.table(out) })
     }
 
-    /// The rows of the table that were chosen; shares in percent.
-    pub(crate) fn lines(&self) -> Vec<Line> {
-        let line = |(topic, what, metric, unit): (_, _, &'static str, _)| {
-            let percent = if metric.ends_with("_fraction") { 100.0 } else { 1.0 };
-            let value = self.metrics.get(metric)?.map(|value| percent * value);
-            Some(Line { topic, what, metric, value, unit })
-        };
-        ROWS.into_iter().filter_map(line).collect()
-    }
-
     /// What a person wants to know first.
     fn table(&self, out: &Path) -> String {
         let Self { scenario, seed, duration_s, uavs, targets, .. } = self;
@@ -103,7 +103,7 @@ impl Outcome {
             count(*targets, "target")
         );
         let mut last = "";
-        for Line { topic, what, value, unit, .. } in self.lines() {
+        for Line { topic, what, value, unit, .. } in lines(&self.metrics) {
             let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
             let heading = if topic == last { "" } else { topic };
             text += format!("{heading:14} {what:37} {value:>9} {unit}").trim_end();

@@ -2,18 +2,23 @@
 
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_sim::record::{Closed, Manifest, Occupancy, Writer, occupancy};
+use standoff_sim::record::{Closed, Frame, Occupancy, Writer, occupancy};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Scenario, Settings};
+use standoff_sim::scenario::Scenario;
 use standoff_sim::world::World;
+use standoff_view::replay::Line;
+use standoff_view::serve::Server;
+use standoff_view::site::RunSite;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note};
-use crate::outcome::Wanted;
+use crate::outcome::{Wanted, lines};
 use crate::tell::tell;
+use crate::watch::{Interruption, Pace, Served, Watched, manifest, rate};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -21,6 +26,7 @@ Examples:
   standoff run paper/table-2-pair --set guidance.radial_gain=0.5 --out half
   standoff run tour/02-two-uavs --json | jq .metrics.position_error_m
   standoff run --traffic city.fcd.xml.gz --uavs 4
+  standoff run traffic/city --view --rate 20
   standoff run mine.toml --set uavs.count=3 --set targets.scatter.count=6";
 
 /// What to fly, and where the results go.
@@ -42,10 +48,18 @@ pub(crate) struct Args {
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
+    /// Serve a page that follows the run while it flies.
+    #[arg(long)]
+    view: bool,
+    /// With --view, how many seconds of the mission are flown in a second.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = rate, requires = "view")]
+    rate: f64,
+    #[command(flatten)]
+    served: Served,
 }
 
 /// What is flown if nothing is named.
-const DEFAULT_SCENARIO: &str = "paper/figure-9";
+pub(crate) const DEFAULT_SCENARIO: &str = "paper/figure-9";
 
 impl Default for Args {
     fn default() -> Self {
@@ -71,28 +85,70 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::Input(format!("{}: {what}", out.display())));
         }
     }
-    let closed = fly(&scenario, &out)?;
+    let live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
+    let (closed, live) = fly(&scenario, &out, live)?;
     let outcome = tell(closed.dir(), closed.dir(), args.metrics.choice)?;
     closed.publish().map_err(Failure::running)?;
-    outcome.print(args.json, &out)
+    outcome.print(args.json, &out)?;
+    live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics)))
+}
+
+/// A run that is watched while it flies.
+struct Live {
+    watched: Watched,
+    pace: Pace,
+    interruption: Interruption,
+    /// Serves as long as it is there.
+    _server: Server,
+}
+
+impl Live {
+    fn begin(args: &Args, scenario: &Scenario) -> Result<Self, Failure> {
+        let watched = Watched::flight(scenario)?;
+        let interruption = Interruption::expected()?;
+        let tell = |url: &str| {
+            note(&format!("the run can be watched at {url}", url = url.trim_end()));
+            Ok(())
+        };
+        let server = args.served.serve(Arc::new(RunSite::new(watched.replay())), tell)?;
+        Ok(Self { watched, pace: Pace::new(args.rate), interruption, _server: server })
+    }
+
+    /// Shows a frame when its time has come; says whether to go on.
+    fn frame(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.pace.keep(frame.time_us, &self.interruption);
+        if self.interruption.has_come() {
+            return Err(Failure::running("interrupted; nothing was kept of the run"));
+        }
+        self.watched.frame(frame);
+        Ok(())
+    }
+
+    /// Shows what the run came to until it is enough.
+    fn end(self, outcome: Vec<Line>) -> Result<(), Failure> {
+        self.watched.finish(outcome)?;
+        note("the run is over; Ctrl-C ends the page");
+        self.interruption.wait(None);
+        Ok(())
+    }
 }
 
 /// Flies the mission into a record; every frame is written as it comes.
-fn fly(scenario: &Scenario, out: &Path) -> Result<Closed, Failure> {
-    let Settings { duration, period, .. } = scenario.settings;
-    let manifest = Manifest::new(&scenario.name, scenario.seed, duration.s(), period.s());
-    let manifest = Manifest { origin: scenario.origin(), ..manifest };
+fn fly(scenario: &Scenario, out: &Path, mut live: Option<Live>) -> Result<(Closed, Option<Live>), Failure> {
     let mut mission = Mission::new(scenario)
         .map_err(|errors| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
     let resolved = scenario.resolved().map_err(Failure::input)?;
-    let mut writer = Writer::create(out, &manifest, &resolved).map_err(Failure::running)?;
+    let mut writer = Writer::create(out, &manifest(scenario), &resolved).map_err(Failure::running)?;
     let progress = progress(mission.frames());
     while let Some(frame) = mission.frame() {
         writer.frame(frame).map_err(Failure::running)?;
+        if let Some(live) = &mut live {
+            live.frame(frame)?;
+        }
         progress.inc(1);
     }
     progress.finish_and_clear();
-    writer.close(&World::names(scenario)).map_err(Failure::running)
+    Ok((writer.close(&World::names(scenario)).map_err(Failure::running)?, live))
 }
 
 /// A bar on a terminal, nothing in a pipe.

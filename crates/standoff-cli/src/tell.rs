@@ -11,7 +11,7 @@ use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
 use crate::failure::{Failure, note};
-use crate::outcome::{Event, Outcome};
+use crate::outcome::{Event, Outcome, lines};
 
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
@@ -59,7 +59,7 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     save(&to.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
-    (head.stride, head.outcome) = (stride, outcome.lines());
+    (head.stride, head.outcome) = (stride, lines(&outcome.metrics));
     save(&to.join("report.html"), &page::report(&head, &parts).map_err(Failure::running)?)?;
     Ok(outcome)
 }

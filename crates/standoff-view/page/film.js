@@ -79,17 +79,24 @@ class Film {
     this.starts = [];
     this.times_s = [];
     this.events = [];
+    /** By part: the detail, and of how many instants of the overview it is. */
     this.details = new Map();
     this.ids = { uavs: [], groups: [] };
     this.done = false;
   }
 
-  /** Takes in the overview of the next part. */
-  add(half) {
+  /** Takes in the overview of a part: of the next one, or more of the last one. */
+  put(index, half) {
+    if (index < this.parts.length) {
+      this.parts.length = index;
+      this.times_s.length = this.starts[index];
+      this.starts.length = index;
+      this.events = this.events.filter((event) => event.part < index);
+    }
     this.starts.push(this.times_s.length);
     this.parts.push(half);
     for (const time_s of half.times_s) this.times_s.push(time_s);
-    for (const event of half.events) this.events.push({ ...event, time_s: event.time_us / 1e6 });
+    for (const event of half.events) this.events.push({ ...event, part: index, time_s: event.time_us / 1e6 });
     for (const name of ["uavs", "groups"]) {
       const known = new Set(this.ids[name]);
       const added = half.tables[name].ids.filter((id) => !known.has(id));
@@ -140,24 +147,32 @@ class Film {
   /** The detail that follows another one, if it has been loaded and holds anything. */
   after(detail) {
     for (const [part, held] of this.details) {
-      if (held === detail) return this.details.get(part + 1)?.times_s.length ? this.details.get(part + 1) : undefined;
+      if (held.half !== detail) continue;
+      const next = this.details.get(part + 1)?.half;
+      return next?.times_s.length ? next : undefined;
     }
     return undefined;
   }
 
   load(part) {
-    const held = this.details.get(part);
-    if (held === undefined && part < this.parts.length) {
-      this.details.set(part, null);
-      this.source.half("detail", part).then((half) => this.keep(part, half), () => this.details.delete(part));
+    const instants = this.parts[part]?.times_s.length ?? 0;
+    const held = this.details.get(part) ?? { half: undefined, instants: 0, loading: false };
+    if (held.instants < instants && !held.loading) {
+      held.loading = true;
+      this.details.set(part, held);
+      this.source.half("detail", part).then(
+        (half) => this.keep(part, { half, instants, loading: false }),
+        () => (held.loading = false),
+      );
     }
-    return held || undefined;
+    return held.half;
   }
 
-  keep(part, half) {
-    this.details.set(part, half);
-    const others = [...this.details.keys()].filter((other) => this.details.get(other) && Math.abs(other - part) > 1);
-    for (const other of others.slice(0, Math.max(0, this.details.size - Film.KEPT))) this.details.delete(other);
+  keep(part, held) {
+    this.details.delete(part);
+    this.details.set(part, held);
+    const old = [...this.details.keys()].filter((other) => this.details.get(other).half && Math.abs(other - part) > 1);
+    for (const other of old.slice(0, Math.max(0, this.details.size - Film.KEPT))) this.details.delete(other);
     this.loaded?.();
   }
 }
@@ -198,8 +213,7 @@ class FileSource {
 
   /** Tells once how much there is. */
   follow(told) {
-    const parts = document.querySelectorAll('script[data-part^="overview-"]').length;
-    told({ parts, done: true });
+    told({ sealed: document.querySelectorAll('script[data-part^="overview-"]').length, open: 0, done: true });
   }
 
   async charts() {
@@ -229,7 +243,10 @@ class ServedSource {
     return new Half(new Uint8Array(await (await this.fetched(`${kind}/${part}`)).arrayBuffer()));
   }
 
-  /** Tells how much there is, now and whenever that changes; goes on after an interruption. */
+  /**
+   * Tells how much there is, now and whenever that changes: how many parts will not change any more, how many instants
+   * the part after them has so far, and whether that was all. Goes on after an interruption.
+   */
   follow(told, pause_ms = 500) {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}${this.base}/feed`);

@@ -75,20 +75,25 @@ async function showReplay(source) {
 /** Loads the parts that there are, and those that come. */
 async function load(page, source) {
   const { film, clock, timeline, charts } = page;
-  let state = { parts: 0, done: false };
+  let state = { sealed: 0, open: 0, done: false };
+  // Parts loaded for good, and how much of the one after them.
+  let [sealed, open] = [0, 0];
   let loading = false;
   let drawn_ms = 0;
+  const isBehind = () => sealed < state.sealed || open !== state.open;
   const more = async () => {
     if (loading) return;
     loading = true;
     try {
-      while (film.parts.length < state.parts) {
-        film.add(await source.half("overview", film.parts.length));
-        if (film.parts.length === 1) {
-          clock.seek(film.times_s[0]);
-          if (source.live && !state.done) clock.follow();
-          document.body.dataset.ready = "map";
+      while (isBehind()) {
+        const isSealed = sealed < state.sealed;
+        if (isSealed || state.open > 0) {
+          const isFirst = film.parts.length === 0;
+          const half = await source.half("overview", sealed);
+          film.put(sealed, half);
+          if (isFirst) begin(page, source.live && !state.done);
         }
+        [sealed, open] = isSealed ? [sealed + 1, 0] : [sealed, state.open];
         page.renew();
       }
       if (state.done && !film.done) {
@@ -116,12 +121,19 @@ async function load(page, source) {
     } finally {
       loading = false;
     }
-    if (film.parts.length < state.parts || (state.done && !film.done)) more();
+    if (isBehind() || (state.done && !film.done)) more();
   };
   source.follow((told) => {
     state = told;
     more();
   });
+}
+
+/** The first picture: of the start, or of the newest instant of a run that is being flown. */
+function begin({ clock, film }, live) {
+  clock.seek(film.times_s[0]);
+  if (live) clock.follow();
+  document.body.dataset.ready = "map";
 }
 
 function title(head) {

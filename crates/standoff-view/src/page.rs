@@ -7,6 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::replay::{Head, Part, gzip};
+use crate::serve::{Answer, Bytes};
 
 /// The page's own script. Its files share one scope.
 const SCRIPT: &str = concat!(
@@ -35,6 +36,30 @@ const START: &str = include_str!("../page/start.js");
 /// What a report may do: run what is inside it. Nothing is ever fetched.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
+
+/// The page of a run whose data is served below a path.
+pub(crate) fn served_replay(base: &'static str) -> Answer {
+    let page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+         <link rel=\"stylesheet\" href=\"/page.css\">\n\
+         <script src=\"/page.js\" defer></script>\n</head>\n<body data-base=\"{base}\">\n{REPLAY}</body>\n</html>\n"
+    );
+    Answer { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
+}
+
+/// What pages consist of.
+pub(crate) fn asset(path: &str) -> Option<Answer> {
+    let (kind, body, gzip) = match path {
+        "/page.css" => ("text/css; charset=utf-8", STYLE.as_bytes(), false),
+        "/page.js" => ("text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
+        "/plotly.js" => ("text/javascript; charset=utf-8", CHARTS, true),
+        _ => return None,
+    };
+    // Another version of standoff may serve at the same address later: nothing is kept by browsers.
+    Some(Answer { kind, body: Bytes::from_static(body), gzip, immutable: false })
+}
 
 /// A run in one file that opens from disk, with no network.
 pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {

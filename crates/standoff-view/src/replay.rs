@@ -2,7 +2,7 @@
 //!
 //! A replay is a head ([`Head`], JSON) and numbered parts, each of consecutive instants and each of two halves that are
 //! asked for separately: the *overview* (UAVs, groups, events), of which the page keeps all, and the *detail* (targets),
-//! of which it keeps what it shows. A half is gzip of:
+//! of which it keeps what it shows. A [`Replay`] is one that grows while pages watch it. A half is gzip of:
 //!
 //! ```text
 //! u32, little endian: length of the directory | the directory, JSON | the tables, one after the other
@@ -13,13 +13,15 @@
 //! frame (x east, y north), angles in radians anticlockwise from east, as in the record.
 
 mod encoder;
+mod growing;
 mod head;
 mod part;
 mod table;
 
 pub use encoder::{Encoder, Part};
-pub(crate) use part::gzip;
+pub use growing::Replay;
 pub use head::{Head, Line};
+pub(crate) use part::gzip;
 
 /// Format of heads and parts; it rises when either changes.
 pub const FORMAT: u32 = 1;

@@ -150,15 +150,22 @@ impl Encoder {
         if is_full { self.part() } else { None }
     }
 
-    /// What there is since the last part; `None` if nothing.
+    /// What there is since the last part; `None` if nothing. The next part begins after it.
     pub fn part(&mut self) -> Option<Part> {
-        if self.draft.times_us.is_empty() {
-            return None;
-        }
-        let Draft { times_us, detail_times_us, events, uavs, groups, targets } =
-            std::mem::replace(&mut self.draft, Draft::new());
-        let overview = half(&times_us, &events, &[&uavs, &groups]);
-        Some(Part { overview, detail: half(&detail_times_us, &[], &[&targets]) })
+        let part = self.so_far()?.0;
+        self.draft = Draft::new();
+        Some(part)
+    }
+
+    /// The part that is being filled as it is so far, and of how many instants it is; `None` if of none.
+    #[must_use]
+    pub fn so_far(&self) -> Option<(Part, usize)> {
+        let Draft { times_us, detail_times_us, events, uavs, groups, targets } = &self.draft;
+        let part = || Part {
+            overview: half(times_us, events, &[uavs, groups]),
+            detail: half(detail_times_us, &[], &[targets]),
+        };
+        (!times_us.is_empty()).then(|| (part(), times_us.len()))
     }
 }
 
@@ -298,12 +305,7 @@ fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
 }
 
 /// Root of the mean squared position error of a group's members, and of the mean of its bound, m.
-fn errors(
-    frame: &Frame,
-    judged: &Judged<'_>,
-    bound: Option<&PositionBound>,
-    group: u32,
-) -> Option<(f64, Option<f64>)> {
+fn errors(frame: &Frame, judged: &Judged<'_>, bound: Option<&PositionBound>, group: u32) -> Option<(f64, Option<f64>)> {
     let members = frame.tracks.iter().filter(|track| track.group == Some(group));
     let both = members.filter_map(|track| {
         let error_m = judged.position_error_m(track)?;

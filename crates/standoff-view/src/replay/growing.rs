@@ -1,0 +1,117 @@
+//! A replay that can be watched while it grows.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::{Head, Part, gzip};
+
+use crate::serve::{Answer, Bytes, Feed};
+
+const JSON: &str = "application/json";
+const BYTES: &str = "application/octet-stream";
+
+/// A replay that one thread adds to and any number of pages watch. Who adds never waits for who watches.
+#[derive(Debug)]
+pub struct Replay {
+    held: Mutex<Held>,
+    feed: Feed,
+}
+
+#[derive(Debug)]
+struct Held {
+    head: Bytes,
+    /// Parts that will not change any more.
+    sealed: Vec<Halves>,
+    /// The part after them as it is so far, and of how many instants it is.
+    open: Option<(Halves, usize)>,
+    done: bool,
+}
+
+#[derive(Debug, Clone)]
+struct Halves {
+    overview: Bytes,
+    detail: Bytes,
+}
+
+impl From<Part> for Halves {
+    fn from(part: Part) -> Self {
+        Self { overview: part.overview.into(), detail: part.detail.into() }
+    }
+}
+
+impl Replay {
+    /// A replay that has nothing but its head yet.
+    pub fn new(head: &Head) -> serde_json::Result<Self> {
+        let head = gzip(head.json()?.as_bytes()).into();
+        let held = Held { head, sealed: Vec::new(), open: None, done: false };
+        Ok(Self { feed: Feed::new(held.state()), held: Mutex::new(held) })
+    }
+
+    /// Adds a part that is full.
+    pub fn add(&self, part: Part) {
+        let mut held = self.held();
+        held.sealed.push(part.into());
+        held.open = None;
+        self.feed.say(held.state());
+    }
+
+    /// Shows the part that is being filled, of so many instants, as it is so far.
+    pub fn show(&self, part: Part, instants: usize) {
+        let mut held = self.held();
+        held.open = Some((part.into(), instants));
+        self.feed.say(held.state());
+    }
+
+    /// That was all; the head says what it came to.
+    pub fn finish(&self, head: &Head) -> serde_json::Result<()> {
+        let head = gzip(head.json()?.as_bytes()).into();
+        let mut held = self.held();
+        (held.head, held.done) = (head, true);
+        self.feed.say(held.state());
+        Ok(())
+    }
+
+    /// How many pages are following it.
+    #[must_use]
+    pub fn watchers(&self) -> usize {
+        self.feed.readers()
+    }
+
+    /// What says how far it is: `{"sealed": parts, "open": instants, "done": whether that is all}`.
+    #[must_use]
+    pub fn feed(&self) -> Feed {
+        self.feed.clone()
+    }
+
+    /// What lies at `head.json`, `overview/N` and `detail/N`.
+    #[must_use]
+    pub fn get(&self, path: &str) -> Option<Answer> {
+        let held = self.held();
+        if path == "head.json" {
+            return Some(Answer { kind: JSON, body: held.head.clone(), gzip: true, immutable: false });
+        }
+        let (half, number) = path.split_once('/')?;
+        let number: usize = number.parse().ok()?;
+        let sealed = held.sealed.get(number);
+        let open = held.open.as_ref().filter(|_| number == held.sealed.len()).map(|(halves, _)| halves);
+        let halves = sealed.or(open)?;
+        let body = match half {
+            "overview" => &halves.overview,
+            "detail" => &halves.detail,
+            _ => return None,
+        };
+        // Another run may be served at the same address later: nothing is kept by browsers.
+        Some(Answer { kind: BYTES, body: body.clone(), gzip: true, immutable: false })
+    }
+
+    /// A panic while it was held has left it whole: every change is a single assignment or push.
+    fn held(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Held {
+    fn state(&self) -> String {
+        let open = self.open.as_ref().map_or(0, |(_, instants)| *instants);
+        format!("{{\"sealed\":{},\"open\":{open},\"done\":{}}}", self.sealed.len(), self.done)
+    }
+}

@@ -1,0 +1,208 @@
+//! What an answer says.
+
+use std::io::{self, Cursor, Read};
+use std::pin::Pin;
+use std::task::{Context, Poll};
+
+use flate2::bufread::MultiGzDecoder;
+use hyper::body::{Body, Bytes, Frame, SizeHint};
+use hyper::header::{self, HeaderName, HeaderValue};
+use hyper::{HeaderMap, Response, StatusCode};
+
+use super::Answer;
+
+/// What a page may load and do: its own scripts, styles (also those that scripts write), pictures and feeds, and nothing else.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
+    img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What every answer says: the browser runs nothing that is not the site's, and hands nothing to other origins.
+const EVERY: [(HeaderName, &str); 5] = [
+    (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::REFERRER_POLICY, "no-referrer"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+];
+
+/// Inflated content is handed on in pieces of this size, bytes: what a reader who takes no gzip costs.
+const PIECE_BYTES: usize = 64 * 1024;
+
+/// An answer as it goes out.
+pub(super) type Reply = Response<Content>;
+
+/// The body of an answer.
+pub(super) enum Content {
+    /// What is left of bytes that go out as they are.
+    Plain(Bytes),
+    /// Gzip that is inflated as the reader takes it.
+    Inflated(Box<MultiGzDecoder<Cursor<Bytes>>>),
+}
+
+impl Default for Content {
+    fn default() -> Self {
+        Self::Plain(Bytes::new())
+    }
+}
+
+impl Body for Content {
+    type Data = Bytes;
+    type Error = io::Error;
+
+    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<io::Result<Frame<Bytes>>>> {
+        let piece = match &mut *self {
+            Self::Plain(bytes) => Ok(std::mem::take(bytes)),
+            Self::Inflated(gzip) => {
+                let mut piece = vec![0; PIECE_BYTES];
+                gzip.read(&mut piece).map(|length| {
+                    piece.truncate(length);
+                    piece.into()
+                })
+            }
+        };
+        Poll::Ready(match piece {
+            Ok(piece) if piece.is_empty() => None,
+            piece => Some(piece.map(Frame::data)),
+        })
+    }
+
+    fn is_end_stream(&self) -> bool {
+        matches!(self, Self::Plain(bytes) if bytes.is_empty())
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        match self {
+            Self::Plain(bytes) => SizeHint::with_exact(bytes.len() as u64),
+            Self::Inflated(_) => SizeHint::default(),
+        }
+    }
+}
+
+/// An answer of the site, to one who takes gzip or not.
+pub(super) fn content(answer: Answer, takes_gzip: bool) -> Reply {
+    let mut reply = Response::new(Content::default());
+    let headers = reply.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(answer.kind));
+    let keep = if answer.immutable { "private, max-age=31536000, immutable" } else { "no-store" };
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(keep));
+    if answer.gzip {
+        headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
+    }
+    if answer.gzip && takes_gzip {
+        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    }
+    *reply.body_mut() = if answer.gzip && !takes_gzip {
+        Content::Inflated(Box::new(MultiGzDecoder::new(Cursor::new(answer.body))))
+    } else {
+        Content::Plain(answer.body)
+    };
+    reply
+}
+
+/// A sentence for people.
+pub(super) fn text(status: StatusCode, sentence: &'static str) -> Reply {
+    let body = Bytes::from_static(sentence.as_bytes());
+    let mut reply = content(Answer { kind: "text/plain; charset=utf-8", body, gzip: false, immutable: false }, true);
+    *reply.status_mut() = status;
+    reply
+}
+
+/// A sentence to one who should not have asked: nothing else is read from this connection.
+pub(super) fn refusal(status: StatusCode, why: &'static str) -> Reply {
+    let mut reply = text(status, why);
+    reply.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    if status == StatusCode::METHOD_NOT_ALLOWED {
+        reply.headers_mut().insert(header::ALLOW, HeaderValue::from_static("GET, HEAD"));
+    }
+    reply
+}
+
+/// Adds what every answer says.
+pub(super) fn harden(mut reply: Reply) -> Reply {
+    reply.headers_mut().extend(EVERY.map(|(name, value)| (name, HeaderValue::from_static(value))));
+    reply
+}
+
+/// Whether one who sends these headers takes gzip: it, or else anything, named and not at weight zero.
+pub(super) fn takes_gzip(headers: &HeaderMap) -> bool {
+    let mut anything = false;
+    let lists = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|list| list.to_str().ok());
+    for coding in lists.flat_map(|list| list.split(',')) {
+        let mut parts = coding.split(';').map(str::trim);
+        let name = parts.next().unwrap_or_default();
+        let weight = parts.find_map(|part| part.strip_prefix("q=")).map_or(Ok(1.0), str::parse::<f32>);
+        let wanted = weight.is_ok_and(|weight| weight > 0.0);
+        if name.eq_ignore_ascii_case("gzip") {
+            return wanted;
+        }
+        anything |= name == "*" && wanted;
+    }
+    anything
+}
+
+/// The path that a percent-encoded one stands for, if it is one that a site may be asked for: text without control
+/// characters and backslashes, and without parts that climb.
+pub(super) fn decode(path: &str) -> Option<String> {
+    let mut plain = Vec::with_capacity(path.len());
+    let mut bytes = path.bytes();
+    while let Some(byte) = bytes.next() {
+        let mut digit = || char::from(bytes.next()?).to_digit(16);
+        plain.push(if byte == b'%' { (16 * digit()? + digit()?) as u8 } else { byte });
+    }
+    let plain = String::from_utf8(plain).ok()?;
+    let climbs = plain.split('/').any(|part| part == "." || part == "..");
+    (plain.starts_with('/') && !climbs && !plain.contains(|c: char| c.is_control() || c == '\\')).then_some(plain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_decoded_once_and_none_climbs() {
+        for (sent, meant) in
+            [("/", "/"), ("/a%20b/%C3%A9.js", "/a b/é.js"), ("/%2525", "/%25"), ("/a..b/...", "/a..b/...")]
+        {
+            assert_eq!(decode(sent).as_deref(), Some(meant), "{sent}");
+        }
+        for sent in [
+            "",
+            "*",
+            "a",
+            "/%",
+            "/%4",
+            "/%zz",
+            "/%+1",
+            "/%ff",
+            "/../x",
+            "/a/%2e%2e/x",
+            "/a%2f..%2fx",
+            "/.",
+            "/a%5cb",
+            "/%00",
+            "/%0d%0a",
+        ] {
+            assert_eq!(decode(sent), None, "{sent}");
+        }
+    }
+
+    #[test]
+    fn gzip_is_sent_to_those_only_who_say_that_they_take_it() {
+        for (sent, takes) in [
+            ("gzip", true),
+            ("GZIP", true),
+            ("deflate, gzip;q=0.5, br", true),
+            ("*", true),
+            ("gzip;q=0", false),
+            ("gzip; q=0.000, *", false),
+            ("*;q=0", false),
+            ("identity", false),
+            ("gzipped", false),
+            ("gzip;q=x", false),
+            ("", false),
+        ] {
+            let headers = HeaderMap::from_iter([(header::ACCEPT_ENCODING, HeaderValue::from_static(sent))]);
+            assert_eq!(takes_gzip(&headers), takes, "{sent}");
+        }
+        assert!(!takes_gzip(&HeaderMap::new()));
+    }
+}
