@@ -82,8 +82,8 @@ class Charts {
     const colours = palette();
     const panels = PANELS.length;
     const names = this.film.ids.uavs.length + this.film.ids.groups.length;
-    // The legend stands above the plots, in as many rows as it needs.
-    const top = 24 + 19 * Math.ceil((names * 88) / Math.max(this.place.clientWidth - LEFT - RIGHT, 88));
+    // The legend stands above the plots and the first title, in as many rows as it needs.
+    const top = 38 + 19 * Math.ceil((names * 88) / Math.max(this.place.clientWidth - LEFT - RIGHT, 88));
     const layout = {
       height: PANEL_HEIGHT * panels + top + 34,
       margin: { l: LEFT, r: RIGHT, t: top, b: 34 },
@@ -92,7 +92,7 @@ class Charts {
       font: { color: colours.ink, size: 11, family: "system-ui, sans-serif" },
       hovermode: "x",
       hoverlabel: { namelength: -1 },
-      legend: { orientation: "h", y: 1, yanchor: "bottom", yref: "paper", entrywidth: 60, itemclick: "toggleothers", itemdoubleclick: "toggle" },
+      legend: { orientation: "h", y: 1 + 14 / (PANEL_HEIGHT * panels), yanchor: "bottom", entrywidth: 60, itemclick: "toggleothers", itemdoubleclick: "toggle" },
       xaxis: { title: { text: "Time (s)" }, gridcolor: colours.grid, anchor: axis(panels - 1), zeroline: false,
         range: this.range_s ?? [this.film.times_s[0] ?? 0, Math.max(this.film.end_s, 1)] },
       shapes: [],

@@ -78,15 +78,15 @@ class Clock {
     if (!this.playing) return false;
     const before_s = this.time_s;
     if (this.following) {
-      // Glides after the newest instant, a period behind it at most, faster the further behind it is.
+      // Glides after the newest instant, the faster the further behind it is; jumps if it is far behind.
       const behind_s = this.film.end_s - this.time_s;
-      const rate = Math.max(1, behind_s / this.film.head.period_s);
-      this.time_s = Math.min(this.time_s + passed_s * rate, this.film.end_s);
-      if (this.film.done && this.time_s >= this.film.end_s) this.pause();
+      if (behind_s > 20 * this.film.head.period_s) this.time_s = this.film.end_s - this.film.head.period_s;
+      this.time_s += passed_s * Math.max(1, behind_s / this.film.head.period_s);
     } else {
-      this.time_s = Math.min(this.time_s + passed_s * this.speed, this.film.end_s);
-      if (this.film.done && this.time_s >= this.film.end_s) this.pause();
+      this.time_s += passed_s * this.speed;
     }
+    this.time_s = Math.min(this.time_s, this.film.end_s);
+    if (this.film.done && this.time_s >= this.film.end_s) this.pause();
     if (this.time_s !== before_s) this.tell();
     return this.time_s !== before_s;
   }

@@ -81,3 +81,25 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     put("charts", CHARTS);
     Ok(page + &format!("<script>\n{START}</script>\n</body>\n</html>\n"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    #[test]
+    fn the_charts_script_is_plotly_alone() {
+        let mut script = String::new();
+        flate2::read::GzDecoder::new(CHARTS).read_to_string(&mut script).unwrap();
+        assert!(script.contains("plotly.js v") && !script.contains("MathJax.js v"));
+        assert!(CHARTS.len() < 2_000_000, "{} bytes", CHARTS.len());
+    }
+
+    /// Text of the page's own is all that is not packed: nothing in it may look like its end.
+    #[test]
+    fn the_pages_own_text_closes_no_script() {
+        assert!(!START.contains("</script"));
+        assert!(!REPLAY.contains("<script"));
+        assert!(!SCRIPT.contains("innerHTML") && !SCRIPT.contains("document.write") && !SCRIPT.contains("eval("));
+    }
+}

@@ -17,6 +17,8 @@ mod growing;
 mod head;
 mod part;
 mod table;
+#[cfg(test)]
+mod tests;
 
 pub use encoder::{Encoder, Part};
 pub use growing::Replay;

@@ -1,0 +1,198 @@
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use flate2::read::GzDecoder;
+use serde_json::Value;
+use standoff_sim::record::{Frame, Manifest, TrackStatus};
+use standoff_sim::run::Mission;
+use standoff_sim::scenario::{Edits, Scenario};
+use standoff_sim::score::Rules;
+
+use super::{Encoder, Head, Part, Replay};
+use crate::figures::Setup;
+
+/// A half, read back as the page reads it: its directory, and every number by table, column and id, an instant each.
+struct Half {
+    directory: Value,
+    columns: BTreeMap<(String, String, u32), Vec<f32>>,
+}
+
+fn read(gz: &[u8]) -> Half {
+    let mut bytes = Vec::new();
+    GzDecoder::new(gz).read_to_end(&mut bytes).unwrap();
+    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+    let directory: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+    let mut rest = &bytes[4 + length..];
+    let instants = directory["times_us"].as_array().unwrap().len();
+    let mut columns = BTreeMap::new();
+    for table in directory["tables"].as_array().unwrap() {
+        let ids: Vec<u32> = serde_json::from_value(table["ids"].clone()).unwrap();
+        let plane = ids.len() * instants;
+        for column in table["columns"].as_array().unwrap() {
+            for (object, id) in ids.iter().enumerate() {
+                let mut bits = 0u32;
+                let number = |instant: usize| {
+                    let at = |place: usize| rest[place * plane + object * instants + instant];
+                    bits = bits.wrapping_add(u32::from_le_bytes([at(0), at(1), at(2), at(3)]));
+                    f32::from_bits(bits)
+                };
+                let name = |value: &Value| value.as_str().unwrap().to_owned();
+                columns.insert((name(&table["name"]), name(column), *id), (0..instants).map(number).collect());
+            }
+            rest = &rest[4 * plane..];
+        }
+    }
+    assert!(rest.is_empty(), "the tables fill the half");
+    Half { directory, columns }
+}
+
+impl Half {
+    fn value(&self, table: &str, column: &str, id: u32, instant: usize) -> Option<f64> {
+        let value = self.columns[&(table.to_owned(), column.to_owned(), id)][instant];
+        (!value.is_nan()).then_some(f64::from(value))
+    }
+}
+
+/// The paper's four UAVs over two groups, which exchange a target.
+fn flight() -> (Scenario, Vec<Frame>) {
+    let scenario = Scenario::load("paper/figure-9", &Edits::default(), 1).unwrap();
+    let mut mission = Mission::new(&scenario).unwrap();
+    let mut frames = Vec::new();
+    while let Some(frame) = mission.frame() {
+        frames.push(frame.clone());
+    }
+    (scenario, frames)
+}
+
+fn encoded(scenario: &Scenario, frames: &[Frame], stride: usize) -> Vec<Part> {
+    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), stride);
+    let mut parts: Vec<Part> = frames.iter().filter_map(|frame| encoder.frame(frame)).collect();
+    parts.extend(encoder.part());
+    assert!(encoder.part().is_none(), "nothing is told twice");
+    parts
+}
+
+fn near(got: Option<f64>, expected: Option<f64>) -> bool {
+    match (got, expected) {
+        (Some(got), Some(expected)) => (got - expected).abs() <= 1e-6 * expected.abs().max(1e-30),
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+#[test]
+fn every_number_of_the_record_reads_back_from_the_parts() {
+    let (scenario, frames) = flight();
+    let parts = encoded(&scenario, &frames, 1);
+    let mut left = frames.iter();
+    for part in &parts {
+        let (overview, detail) = (read(&part.overview), read(&part.detail));
+        assert_eq!(overview.directory["times_us"], detail.directory["times_us"]);
+        let mut events = overview.directory["events"].as_array().unwrap().iter();
+        for (instant, time_us) in overview.directory["times_us"].as_array().unwrap().iter().enumerate() {
+            let frame = left.next().unwrap();
+            assert_eq!(time_us.as_i64(), Some(frame.time_us));
+            for row in &frame.uavs {
+                let got = |column| overview.value("uavs", column, row.uav, instant);
+                assert!(near(got("x_m"), Some(row.x_m)) && near(got("heading_rad"), Some(row.heading_rad)));
+                assert!(near(got("group"), row.group.map(f64::from)));
+                assert!(near(got("boresight_rad"), row.boresight_rad));
+                assert!(near(got("turn_rate_limited"), Some(f64::from(row.turn_rate_limited))));
+            }
+            for row in &frame.groups {
+                let got = |column| overview.value("groups", column, row.group, instant);
+                assert!(near(got("standoff_distance_m"), Some(row.standoff_distance_m)));
+                assert!(near(got("separation_m"), row.separation_m) && near(got("margin_m"), Some(row.margin_m)));
+            }
+            for row in &frame.truth {
+                assert!(near(detail.value("targets", "true_y_m", row.target, instant), Some(row.y_m)));
+            }
+            for row in &frame.tracks {
+                let got = |column| detail.value("targets", column, row.target, instant);
+                assert!(near(got("x_m"), Some(row.state[0])) && near(got("vy_m_s"), Some(row.state[4])));
+                assert!(
+                    near(got("cov_x_y"), Some(row.covariance[3])) && near(got("cov_y_y"), Some(row.covariance[15]))
+                );
+                let held = f64::from(u8::from(row.status == TrackStatus::Held));
+                assert_eq!(got("status") == Some(1.0), held == 1.0);
+                assert!(near(got("to_group"), row.to_group.map(f64::from)));
+                let seen = frame.detections.iter().filter(|detection| detection.target == row.target).count();
+                assert_eq!(got("detections"), Some(seen as f64));
+            }
+            for row in &frame.events {
+                let event = events.next().unwrap();
+                assert_eq!(
+                    (event["time_us"].as_i64(), event["kind"].as_str()),
+                    (Some(frame.time_us), Some(&*row.kind))
+                );
+                assert_eq!(event["reason"].as_str(), Some(&*row.reason));
+            }
+        }
+        assert!(events.next().is_none());
+    }
+    assert!(left.next().is_none());
+    assert!(frames.iter().any(|frame| frame.tracks.iter().any(|track| track.to_group.is_some())), "there is a dwell");
+}
+
+#[test]
+fn a_stride_thins_out_the_details_alone() {
+    let (scenario, frames) = flight();
+    let parts = encoded(&scenario, &frames, 7);
+    let times = |gz: &[u8]| -> Vec<i64> { serde_json::from_value(read(gz).directory["times_us"].clone()).unwrap() };
+    let overview: Vec<i64> = parts.iter().flat_map(|part| times(&part.overview)).collect();
+    let detail: Vec<i64> = parts.iter().flat_map(|part| times(&part.detail)).collect();
+    assert_eq!(overview, frames.iter().map(|frame| frame.time_us).collect::<Vec<_>>());
+    assert_eq!(detail, overview.iter().copied().step_by(7).collect::<Vec<_>>());
+}
+
+#[test]
+fn the_same_frames_give_the_same_bytes() {
+    let (scenario, frames) = flight();
+    let bytes = || encoded(&scenario, &frames, 1).into_iter().flat_map(|part| [part.overview, part.detail]);
+    assert!(bytes().eq(bytes()));
+}
+
+fn head() -> Head {
+    let setup = Setup {
+        title: "t".to_owned(),
+        field_of_view_rad: 1.2,
+        speed_min_m_s: 25.0,
+        speed_max_m_s: 55.0,
+        turn_rate_max_rad_s: 0.3,
+        radius_min_m: 250.0,
+        radius_max_m: 700.0,
+        separation_rad: 1.5,
+    };
+    Head::new(&Manifest::new("s", u64::MAX, 10.0, 0.5), setup, vec!["</script><b>".to_owned()])
+}
+
+/// What a watcher is told, and what it then finds.
+#[test]
+fn a_replay_grows_while_it_is_watched() {
+    let (scenario, frames) = flight();
+    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), 1);
+    let replay = Replay::new(&head()).unwrap();
+    let times = |path: &str| {
+        let body = replay.get(path)?.body;
+        Some(read(&body).directory["times_us"].as_array().unwrap().len())
+    };
+    assert_eq!(times("overview/0"), None);
+    for frame in &frames[..3] {
+        assert!(encoder.frame(frame).is_none());
+    }
+    let (part, instants) = encoder.so_far().unwrap();
+    replay.show(part, instants);
+    assert_eq!((times("overview/0"), times("detail/0"), times("overview/1")), (Some(3), Some(3), None));
+    for frame in &frames[3..5] {
+        assert!(encoder.frame(frame).is_none());
+    }
+    replay.add(encoder.part().unwrap());
+    assert_eq!((times("overview/0"), times("overview/1")), (Some(5), None));
+    for path in ["overview", "overview/", "overview/x", "overview/-1", "other/0", "detail/99999999999999999999", ""] {
+        assert!(replay.get(path).is_none(), "{path}");
+    }
+    let mut json = String::new();
+    GzDecoder::new(&*replay.get("head.json").unwrap().body).read_to_string(&mut json).unwrap();
+    let head: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(head["seed"], "18446744073709551615", "a page's numbers have 53 bits");
+}
