@@ -1,0 +1,198 @@
+//! Looking at runs: what `standoff view` and `standoff run --view` serve, and how they end.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// A command that serves a page; ended when dropped.
+struct Serving {
+    child: Child,
+    authority: String,
+    errors: BufReader<std::process::ChildStderr>,
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn start(folder: &Path, args: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    command.current_dir(folder).args(args).arg("--no-open").stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+fn authority(line: &str) -> String {
+    line.split("http://").nth(1).unwrap().trim_end().trim_end_matches('/').to_owned()
+}
+
+impl Serving {
+    /// `view` says its address on standard output.
+    fn view(folder: &Path, args: &[&str]) -> Self {
+        let mut child = start(folder, args);
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let errors = BufReader::new(child.stderr.take().unwrap());
+        Self { child, authority: authority(&line), errors }
+    }
+
+    /// `run --view` says it beside the results.
+    fn run(folder: &Path, args: &[&str]) -> Self {
+        let mut child = start(folder, args);
+        let mut errors = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        errors.read_line(&mut line).unwrap();
+        Self { child, authority: authority(&line), errors }
+    }
+
+    fn get(&self, path: &str) -> (u16, String) {
+        self.ask(path, &self.authority)
+    }
+
+    /// The status, and the body, which is not compressed.
+    fn ask(&self, path: &str, host: &str) -> (u16, String) {
+        let mut stream = TcpStream::connect(&self.authority).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        let answer = String::from_utf8_lossy(&bytes).into_owned();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+        (head.split(' ').nth(1).unwrap().parse().unwrap(), body.to_owned())
+    }
+
+    /// Waits until the run's outcome is there.
+    fn outcome(&self) -> Value {
+        let until = Instant::now() + Duration::from_secs(60);
+        loop {
+            let body = self.get("/replay/head.json").1;
+            // Long answers come in chunks, each behind its length in hexadecimal digits.
+            let json = &body[body.find('{').unwrap()..=body.rfind('}').unwrap()];
+            let head: Value = serde_json::from_str(json).unwrap();
+            if head["outcome"].as_array().is_some_and(|lines| !lines.is_empty()) {
+                return head;
+            }
+            assert!(Instant::now() < until, "the run never ended");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    #[cfg(unix)]
+    fn interrupt(mut self) -> (Option<i32>, String) {
+        let id = self.child.id().to_string();
+        assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
+        let until = Instant::now() + Duration::from_secs(20);
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            assert!(Instant::now() < until, "it goes on after Ctrl-C");
+            std::thread::sleep(Duration::from_millis(10));
+        };
+        let mut errors = String::new();
+        self.errors.read_to_string(&mut errors).unwrap();
+        (status.code(), errors)
+    }
+}
+
+#[test]
+fn a_record_is_shown_with_its_outcome_and_strangers_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = start(folder.path(), &["run", "tour/02-two-uavs", "--out", "two"]).wait_with_output().unwrap();
+    assert!(run.status.success());
+    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("two/summary.json")).unwrap()).unwrap();
+
+    let serving = Serving::view(folder.path(), &["view", "two"]);
+    let head = serving.outcome();
+    assert_eq!((head["scenario"].as_str(), head["seed"].as_str()), (Some("tour/02-two-uavs"), Some("1")));
+    let error = |line: &&Value| line["metric"] == "position_error_m";
+    let shown = head["outcome"].as_array().unwrap().iter().find(error).unwrap();
+    assert_eq!(shown["value"], summary["metrics"]["position_error_m"]);
+    for path in ["/", "/page.js", "/page.css", "/plotly.js", "/replay/overview/0", "/replay/detail/0"] {
+        assert_eq!(serving.get(path).0, 200, "{path}");
+    }
+    for path in ["/replay/overview/7", "/replay", "/two/run.json", "/../two/run.json", "/replay/feed"] {
+        assert!([400, 404, 426].contains(&serving.get(path).0), "{path}");
+    }
+    assert_eq!(serving.ask("/", "evil.example").0, 403);
+    let port = serving.authority.rsplit(':').next().unwrap().to_owned();
+    assert_eq!(serving.ask("/", &format!("localhost:{port}")).0, 200);
+    #[cfg(unix)]
+    assert_eq!(serving.interrupt().0, Some(0));
+}
+
+/// Flown from the scenario or read from the record: the page gets the same bytes.
+#[test]
+fn a_scenario_is_flown_to_be_looked_at_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["run", "tour/02-two-uavs", "--seed", "3", "--out", "three"];
+    assert!(start(folder.path(), &args).wait_with_output().unwrap().status.success());
+    let flown = Serving::view(folder.path(), &["view", "tour/02-two-uavs", "--seed", "3"]);
+    let read = Serving::view(folder.path(), &["view", "three"]);
+    assert_eq!(flown.outcome(), read.outcome());
+    for path in ["/replay/overview/0", "/replay/detail/0"] {
+        assert!(flown.get(path) == read.get(path), "{path}");
+    }
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["three"]);
+}
+
+#[test]
+fn a_run_is_watched_while_it_flies_and_its_results_are_those_of_any_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["run", "tour/02-two-uavs", "--out", "plain"];
+    assert!(start(folder.path(), &args).wait_with_output().unwrap().status.success());
+    let live = Serving::run(
+        folder.path(),
+        &["run", "tour/02-two-uavs", "--view", "--rate", "10000", "--out", "live", "--json"],
+    );
+    live.outcome();
+    #[cfg(unix)]
+    assert_eq!(live.interrupt().0, Some(0));
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    for file in ["summary.json", "uavs.parquet", "tracks.parquet", "report.html"] {
+        assert!(read(&format!("plain/{file}")) == read(&format!("live/{file}")), "{file}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_while_it_flies_a_watched_run_leaves_no_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let live = Serving::run(folder.path(), &["run", "tour/02-two-uavs", "--view", "--rate", "0.1", "--out", "live"]);
+    assert_eq!(live.get("/").0, 200);
+    let (status, errors) = live.interrupt();
+    assert_eq!(status, Some(1), "{errors}");
+    assert!(errors.contains("interrupted"), "{errors}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = taken.local_addr().unwrap().to_string();
+    for (args, status, expected) in [
+        (&["view", "empty"][..], 2, "empty"),
+        (&["view", "no/such"], 2, "no/such"),
+        (&["view", "--listen", "nowhere"], 2, "--listen"),
+        (&["view", "--listen", &taken], 1, &taken),
+        (&["run", "tour/02-two-uavs", "--view", "--rate", "0"], 2, "between 0.01 and 10000"),
+        (&["run", "tour/02-two-uavs", "--rate", "2"], 2, "--view"),
+    ] {
+        let output = start(folder.path(), args).wait_with_output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(status), "{args:?}: {message}");
+        assert!(message.contains(expected) && !message.contains("panicked"), "{args:?}: {message}");
+    }
+}
