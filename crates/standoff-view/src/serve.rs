@@ -58,7 +58,7 @@ pub struct Limits {
     pub web_sockets: usize,
     /// Calls of [`Site::get`] at one time; further ones wait.
     pub calls: usize,
-    /// Largest head of a request, bytes, at least 8192.
+    /// Largest head of a request, bytes.
     pub head_bytes: usize,
     /// How long a connection may take to send the head of its next request.
     pub head_time: Duration,

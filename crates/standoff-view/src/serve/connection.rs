@@ -24,6 +24,9 @@ use super::{Limits, Site, feed, guard};
 /// Nobody closes these semaphores.
 const NEVER_CLOSED: &str = "a semaphore of the server is never closed";
 
+/// The least that the protocol's implementation allows.
+const LEAST_BUFFER_BYTES: usize = 8192;
+
 /// How long to wait where no connection could be taken up.
 const RETRY: Duration = Duration::from_millis(100);
 
@@ -91,7 +94,7 @@ async fn converse(stream: TcpStream, house: Arc<House>, place: OwnedSemaphorePer
         .timer(TokioTimer::new())
         .header_read_timeout(house.limits.head_time)
         .max_header_size(house.limits.head_bytes)
-        .max_buf_size(house.limits.head_bytes);
+        .max_buf_size(house.limits.head_bytes.max(LEAST_BUFFER_BYTES));
     let answer = service_fn(move |request| answer(request, house.clone(), place.clone()));
     let mut connection = pin!(protocol.serve_connection(stream, answer).with_upgrades());
     tokio::select! {

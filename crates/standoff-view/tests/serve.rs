@@ -1,0 +1,547 @@
+//! The server, asked over real sockets: what it refuses, what it bounds, what it delivers.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::collections::BTreeMap;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::{Duration, Instant};
+
+use standoff_view::serve::{Answer, Bytes, Feed, Limits, Server, Site};
+use tokio_tungstenite::tungstenite::client::{IntoClientRequest, client};
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+use tokio_tungstenite::tungstenite::{Error, Message, WebSocket};
+
+/// Longer than anything takes on a busy machine, shorter than a patience.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Larger than what the system holds back for a reader on any machine.
+const BIG_BYTES: usize = 64 << 20;
+
+const PAGE: &str = "<!doctype html><title>A page</title>";
+
+/// A site with one of everything.
+struct Pages {
+    live: Feed,
+    gate: Mutex<bool>,
+    opened: Condvar,
+    /// Calls that wait at the gate, and the most that ever did.
+    waiting: AtomicUsize,
+    waited: AtomicUsize,
+    /// The one large body, shared by all who are sent it.
+    big: Arc<Vec<u8>>,
+}
+
+/// A hold on the large body.
+struct Big(Arc<Vec<u8>>);
+
+impl AsRef<[u8]> for Big {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl Pages {
+    fn new() -> Arc<Self> {
+        Arc::new(Self {
+            live: Feed::new("first".into()),
+            gate: Mutex::new(false),
+            opened: Condvar::new(),
+            waiting: AtomicUsize::new(0),
+            waited: AtomicUsize::new(0),
+            big: Arc::new(vec![0; BIG_BYTES]),
+        })
+    }
+
+    fn wait_at_the_gate(&self) {
+        let waiting = self.waiting.fetch_add(1, Ordering::SeqCst) + 1;
+        self.waited.fetch_max(waiting, Ordering::SeqCst);
+        let open = self.opened.wait_timeout_while(self.gate.lock().unwrap(), PATIENCE, |open| !*open).unwrap();
+        drop(open);
+        self.waiting.fetch_sub(1, Ordering::SeqCst);
+    }
+
+    fn open_the_gate(&self) {
+        *self.gate.lock().unwrap() = true;
+        self.opened.notify_all();
+    }
+}
+
+impl Site for Pages {
+    fn get(&self, path: &str) -> Option<Answer> {
+        let page = |body: Bytes| Answer { kind: "text/html; charset=utf-8", body, gzip: false, immutable: false };
+        match path {
+            "/" | "/a page.html" => Some(page(PAGE.into())),
+            "/lasting.js" => Some(Answer { kind: "text/javascript", immutable: true, ..page("1".into()) }),
+            "/packed" => Some(Answer { gzip: true, ..page(packed()) }),
+            "/big" => Some(page(Bytes::from_owner(Big(self.big.clone())))),
+            "/gate" => {
+                self.wait_at_the_gate();
+                Some(page("through".into()))
+            }
+            "/fault" => panic!("a fault that the test wants"),
+            _ => None,
+        }
+    }
+
+    fn feed(&self, path: &str) -> Option<Feed> {
+        (path == "/live").then(|| self.live.clone())
+    }
+}
+
+/// 300,000 bytes, as gzip.
+fn packed() -> Bytes {
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(unpacked().as_bytes()).unwrap();
+    gzip.finish().unwrap().into()
+}
+
+fn unpacked() -> String {
+    "plain text ".repeat(30_000)
+}
+
+fn serve(limits: Limits) -> (Server, Arc<Pages>) {
+    let pages = Pages::new();
+    let server = Server::bind((Ipv4Addr::LOCALHOST, 0).into(), pages.clone(), limits).unwrap();
+    (server, pages)
+}
+
+/// What came back.
+struct Reply {
+    status: u16,
+    headers: BTreeMap<String, String>,
+    body: Vec<u8>,
+}
+
+fn connect(at: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect(at).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_write_timeout(Some(PATIENCE)).unwrap();
+    stream
+}
+
+/// Reads until the server closes.
+fn reply(mut stream: TcpStream) -> Reply {
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).expect("an answer, and then an end");
+    let split = bytes.windows(4).position(|end| end == b"\r\n\r\n").expect("the end of a head");
+    let head = String::from_utf8(bytes[..split].to_vec()).unwrap();
+    let (status, headers) = head.split_once("\r\n").unwrap();
+    let headers = headers.split("\r\n").map(|header| header.split_once(": ").unwrap());
+    Reply {
+        status: status.split(' ').nth(1).unwrap().parse().unwrap(),
+        headers: headers.map(|(name, value)| (name.to_lowercase(), value.to_string())).collect(),
+        body: bytes[split + 4..].to_vec(),
+    }
+}
+
+/// Asks in HTTP/1.0, in which the end of a connection is the end of an answer. `HOST` in a head is the server's address.
+fn ask(at: SocketAddr, request: &str, headers: &[&str]) -> Reply {
+    let mut stream = connect(at);
+    let head = format!("{request} HTTP/1.0\r\n{}\r\n\r\n", headers.join("\r\n"));
+    stream.write_all(head.replace("HOST", &at.to_string()).as_bytes()).unwrap();
+    reply(stream)
+}
+
+fn get(at: SocketAddr, path: &str) -> Reply {
+    ask(at, &format!("GET {path}"), &["Host: HOST"])
+}
+
+fn follow(at: SocketAddr, path: &str, headers: &[(&'static str, &str)]) -> Result<WebSocket<TcpStream>, u16> {
+    let mut request = format!("ws://{at}{path}").into_client_request().unwrap();
+    for (name, value) in headers {
+        request.headers_mut().append(*name, value.parse().unwrap());
+    }
+    match client(request, connect(at)) {
+        Ok((socket, _)) => Ok(socket),
+        Err(tokio_tungstenite::tungstenite::HandshakeError::Failure(Error::Http(reply))) => {
+            Err(reply.status().as_u16())
+        }
+        Err(error) => panic!("neither a WebSocket nor an answer: {error}"),
+    }
+}
+
+/// The first thing that `wanted` finds in what the server says, whatever pings come before it.
+fn next<T>(socket: &mut WebSocket<TcpStream>, wanted: impl Fn(Message) -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = wanted(socket.read().expect("a message")) {
+            return found;
+        }
+        assert!(start.elapsed() < PATIENCE, "nothing but pings");
+    }
+}
+
+fn next_text(socket: &mut WebSocket<TcpStream>) -> String {
+    next(socket, |message| if let Message::Text(text) = message { Some(text.to_string()) } else { None })
+}
+
+/// The code that the server closes with. A reset may overtake it, so there has to be none.
+fn close_code(mut socket: WebSocket<TcpStream>) -> CloseCode {
+    let code = next(&mut socket, |message| if let Message::Close(frame) = message { frame } else { None }).code;
+    socket.get_mut().read_to_end(&mut Vec::new()).expect("an end, not a reset");
+    code
+}
+
+#[track_caller]
+fn until(what: &str, mut so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !so() {
+        assert!(start.elapsed() < PATIENCE, "{what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn what_lies_at_a_path_is_answered_and_what_does_not_is_404() {
+    let (server, _) = serve(Limits::default());
+    let page = get(server.address(), "/a%20page.html?query=1");
+    assert_eq!((page.status, page.body.as_slice()), (200, PAGE.as_bytes()));
+    assert_eq!(page.headers["content-type"], "text/html; charset=utf-8");
+    assert_eq!(page.headers["cache-control"], "no-store");
+    assert_eq!(get(server.address(), "/lasting.js").headers["cache-control"], "private, max-age=31536000, immutable");
+    for path in ["/nothing", "/live", "/%2e%2e/", "/%ff"] {
+        assert_eq!(get(server.address(), path).status, 404, "{path}");
+    }
+}
+
+#[test]
+fn every_answer_keeps_the_browser_to_this_site() {
+    let (server, _) = serve(Limits::default());
+    let at = server.address();
+    let foreign = ask(at, "GET /", &["Host: foreign.example"]);
+    let post = ask(at, "POST /", &["Host: HOST"]);
+    for (reply, status) in
+        [(get(at, "/"), 200), (get(at, "/no"), 404), (get(at, "/fault"), 500), (foreign, 403), (post, 405)]
+    {
+        assert_eq!(reply.status, status);
+        assert_eq!(
+            reply.headers["content-security-policy"],
+            "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; \
+             connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        );
+        assert_eq!(reply.headers["x-content-type-options"], "nosniff");
+        assert_eq!(reply.headers["referrer-policy"], "no-referrer");
+        assert_eq!(reply.headers["cross-origin-resource-policy"], "same-origin");
+        assert_eq!(reply.headers["cross-origin-opener-policy"], "same-origin");
+        assert_eq!(reply.headers["cache-control"], "no-store");
+    }
+}
+
+#[test]
+fn who_asks_for_another_host_is_refused_and_hears_nothing_of_it_again() {
+    let (server, _) = serve(Limits::default());
+    let at = server.address();
+    let port = at.port();
+    for host in ["localhost", "[::1]", "127.0.0.1"] {
+        assert_eq!(ask(at, "GET /", &[&format!("Host: {host}:{port}")]).status, 200, "{host}");
+    }
+    let foreign = [
+        vec![],
+        vec!["Host: 127.0.0.1".to_string()],
+        vec![format!("Host: foreign.example:{port}")],
+        vec![format!("Host: 192.0.2.1:{port}")],
+        vec![format!("Host: 127.0.0.1:{}", port.wrapping_add(1))],
+        vec![format!("Host: 127.0.0.1:{port}"), format!("Host: foreign.example:{port}")],
+    ];
+    for headers in foreign {
+        let headers: Vec<&str> = headers.iter().map(String::as_str).collect();
+        let reply = ask(at, "GET /", &headers);
+        assert_eq!(reply.status, 403, "{headers:?}");
+        assert!(!String::from_utf8_lossy(&reply.body).contains("foreign.example"));
+    }
+    assert_eq!(ask(at, "GET http://foreign.example/", &["Host: HOST"]).status, 403);
+    assert_eq!(ask(at, "GET http://HOST/", &["Host: HOST"]).status, 403, "a request to a proxy");
+}
+
+#[test]
+fn pages_of_another_origin_get_neither_answers_nor_feeds() {
+    let (server, _) = serve(Limits::default());
+    let at = server.address();
+    let own = format!("http://{at}");
+    assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Origin: {own}")]).status, 200);
+    assert_eq!(next_text(&mut follow(at, "/live", &[("origin", &own)]).expect("a feed")), "first");
+    let foreign = [
+        "null",
+        "http://foreign.example",
+        "http://127.0.0.1",
+        &format!("https://{at}"),
+        &format!("http://localhost:{}", at.port()),
+        &format!("http://127.0.0.1:{}", at.port().wrapping_add(1)),
+        &format!("{own}.foreign.example"),
+        &format!("{own}/"),
+    ];
+    for origin in foreign {
+        assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Origin: {origin}")]).status, 403, "{origin}");
+        assert_eq!(follow(at, "/live", &[("origin", origin)]).err(), Some(403), "{origin}");
+    }
+    assert_eq!(follow(at, "/live", &[("origin", &own), ("origin", "http://foreign.example")]).err(), Some(403));
+    for (site, status) in [("same-origin", 200), ("none", 200), ("same-site", 403), ("cross-site", 403), ("", 403)] {
+        assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Sec-Fetch-Site: {site}")]).status, status, "{site}");
+    }
+}
+
+#[test]
+fn only_get_and_head_without_a_body_are_answered() {
+    let (server, _) = serve(Limits::default());
+    let at = server.address();
+    for method in ["POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "PROPFIND"] {
+        let reply = ask(at, &format!("{method} /"), &["Host: HOST"]);
+        assert_eq!((reply.status, reply.headers["allow"].as_str()), (405, "GET, HEAD"), "{method}");
+    }
+    assert_eq!(ask(at, "GET /", &["Host: HOST", "Content-Length: 1000000000"]).status, 400);
+    let head = ask(at, "HEAD /", &["Host: HOST"]);
+    assert_eq!((head.status, head.body.len()), (200, 0));
+    assert_eq!(head.headers["content-length"], PAGE.len().to_string());
+}
+
+#[test]
+fn gzip_goes_as_it_is_to_who_takes_it_and_inflated_to_others() {
+    let (server, _) = serve(Limits::default());
+    let at = server.address();
+    let gzip = ask(at, "GET /packed", &["Host: HOST", "Accept-Encoding: br, gzip"]);
+    assert_eq!((gzip.headers["content-encoding"].as_str(), gzip.headers["vary"].as_str()), ("gzip", "accept-encoding"));
+    assert_eq!(gzip.body, packed());
+    let plain = get(at, "/packed");
+    assert_eq!(plain.headers.get("content-encoding"), None);
+    assert_eq!(plain.headers["vary"], "accept-encoding");
+    assert!(plain.body == unpacked().as_bytes(), "{} bytes of another text", plain.body.len());
+}
+
+#[test]
+fn a_fault_in_the_site_is_one_answer_and_the_server_lives_on() {
+    let (server, _) = serve(Limits { calls: 2, ..Limits::default() });
+    for _ in 0..4 {
+        assert_eq!(get(server.address(), "/fault").status, 500);
+    }
+    assert_eq!(get(server.address(), "/").status, 200);
+}
+
+#[test]
+fn a_head_that_is_too_large_is_not_read_on() {
+    let (server, _) = serve(Limits { head_bytes: 1000, ..Limits::default() });
+    let at = server.address();
+    assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Long: {}", "x".repeat(900))]).status, 200);
+    assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Long: {}", "x".repeat(1000))]).status, 431);
+    let mut stream = connect(at);
+    stream.write_all(b"GET / HTTP/1.1\r\nLong: ").unwrap();
+    // What the system holds back counts too.
+    let sent = (0..4096).take_while(|_| stream.write_all(&[b'x'; 16 * 1024]).is_ok()).count();
+    assert!(sent < 2048, "{sent} times 16 KiB were taken");
+    assert_eq!(get(at, "/").status, 200);
+}
+
+#[test]
+fn a_connection_that_asks_nothing_or_too_slowly_is_closed() {
+    let (server, _) = serve(Limits { head_time: Duration::from_millis(300), ..Limits::default() });
+    let at = server.address();
+    let mut silent = connect(at);
+    let mut kept = connect(at);
+    write!(kept, "GET / HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+    let mut slow = connect(at);
+    until("a head in drops is given up", || {
+        std::thread::sleep(Duration::from_millis(10));
+        slow.write_all(b"G").is_err()
+    });
+    for stream in [&mut silent, &mut kept] {
+        let ended = stream.read_to_end(&mut Vec::new());
+        assert!(ended.as_ref().map_or_else(|error| error.kind() == ErrorKind::ConnectionReset, |_| true), "{ended:?}");
+    }
+}
+
+#[test]
+fn no_more_connections_are_answered_at_a_time_than_allowed_and_the_rest_in_their_turn() {
+    let (server, pages) = serve(Limits { connections: 3, ..Limits::default() });
+    let at = server.address();
+    let asked = |path: &str| {
+        let mut stream = connect(at);
+        write!(stream, "GET {path} HTTP/1.0\r\nHost: {at}\r\n\r\n").unwrap();
+        stream
+    };
+    let held: Vec<TcpStream> = (0..3).map(|_| asked("/gate")).collect();
+    until("three are inside", || pages.waiting.load(Ordering::SeqCst) == 3);
+    let rest: Vec<TcpStream> = (0..10).map(|_| asked("/")).collect();
+    rest[0].set_read_timeout(Some(Duration::from_millis(200))).unwrap();
+    let early = (&rest[0]).read(&mut [0; 1]).expect_err("no answer while there is no place");
+    assert!([ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&early.kind()), "{early}");
+    rest[0].set_read_timeout(Some(PATIENCE)).unwrap();
+    pages.open_the_gate();
+    assert!(held.into_iter().chain(rest).all(|stream| reply(stream).status == 200));
+}
+
+#[test]
+fn a_flood_of_silent_connections_passes() {
+    let (server, _) = serve(Limits { connections: 4, head_time: Duration::from_millis(200), ..Limits::default() });
+    let _flood: Vec<TcpStream> = (0..8).map(|_| connect(server.address())).collect();
+    assert_eq!(get(server.address(), "/").status, 200);
+}
+
+#[test]
+fn no_more_calls_of_the_site_run_at_a_time_than_allowed() {
+    let (server, pages) = serve(Limits { calls: 2, ..Limits::default() });
+    let at = server.address();
+    let asking: Vec<_> = (0..6).map(|_| std::thread::spawn(move || get(at, "/gate").status)).collect();
+    until("two are inside", || pages.waiting.load(Ordering::SeqCst) == 2);
+    pages.open_the_gate();
+    assert!(asking.into_iter().all(|asked| asked.join().unwrap() == 200));
+    assert_eq!(pages.waited.load(Ordering::SeqCst), 2);
+}
+
+#[test]
+fn a_reader_that_takes_nothing_holds_up_nobody_has_no_copy_and_is_let_go() {
+    let (server, pages) = serve(Limits { stall_time: Duration::from_secs(2), ..Limits::default() });
+    let at = server.address();
+    let stalled: Vec<TcpStream> = (0..8)
+        .map(|_| {
+            let mut stream = connect(at);
+            write!(stream, "GET /big HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+            stream.read_exact(&mut [0; 1]).unwrap();
+            assert!(Arc::strong_count(&pages.big) > 1, "what is left to send is a copy");
+            stream
+        })
+        .collect();
+    assert_eq!(get(at, "/").status, 200);
+    assert_eq!(get(at, "/big").body.len(), BIG_BYTES);
+    until("what they did not take is let go", || Arc::strong_count(&pages.big) == 1);
+    for mut stream in stalled {
+        let mut taken = Vec::new();
+        let _ = stream.read_to_end(&mut taken);
+        assert!(taken.len() < BIG_BYTES, "all of it had gone out");
+    }
+}
+
+#[test]
+fn a_feed_tells_its_newest_text_at_once_and_whenever_it_changes() {
+    let (server, pages) = serve(Limits::default());
+    pages.live.say("before anybody came".into());
+    let mut one = follow(server.address(), "/live", &[]).unwrap();
+    assert_eq!(next_text(&mut one), "before anybody came");
+    pages.live.say("second".into());
+    assert_eq!(next_text(&mut one), "second");
+    let mut other = follow(server.address(), "/live", &[]).unwrap();
+    assert_eq!(next_text(&mut other), "second");
+    assert_eq!(pages.live.readers(), 2);
+    for change in 0..=1000 {
+        pages.live.say(change.to_string());
+    }
+    for socket in [&mut one, &mut other] {
+        let mut last = -1;
+        while last < 1000 {
+            let next = next_text(socket).parse().unwrap();
+            assert!(next > last, "{next} after {last}");
+            last = next;
+        }
+    }
+    assert_eq!(follow(server.address(), "/", &[]).err(), Some(404), "no feed is there");
+}
+
+#[test]
+fn a_slow_follower_holds_up_nobody_and_is_told_the_newest_instead_of_all() {
+    const CHANGES: usize = 400;
+    let (server, pages) = serve(Limits::default());
+    let mut slow = follow(server.address(), "/live", &[]).unwrap();
+    let mut quick = follow(server.address(), "/live", &[]).unwrap();
+    assert_eq!(next_text(&mut quick), "first");
+    let text = |change: usize| format!("{change:06}{}", "x".repeat(64 * 1024));
+    for change in 1..=CHANGES {
+        pages.live.say(text(change));
+        assert!(next_text(&mut quick) == text(change), "the quick one misses none");
+    }
+    let mut told = 1;
+    while next_text(&mut slow) != text(CHANGES) {
+        told += 1;
+    }
+    assert!(told < CHANGES / 2, "{told} of {CHANGES} texts had been kept for the slow one");
+}
+
+#[test]
+fn no_more_pages_follow_at_a_time_than_allowed() {
+    let (server, _) = serve(Limits { web_sockets: 2, ..Limits::default() });
+    let at = server.address();
+    let mut following: Vec<_> = (0..2).map(|_| follow(at, "/live", &[]).unwrap()).collect();
+    assert_eq!(follow(at, "/live", &[]).err(), Some(503));
+    assert_eq!(get(at, "/").status, 200);
+    drop(following.pop());
+    until("a place is free again", || follow(at, "/live", &[]).is_ok());
+}
+
+#[test]
+fn what_a_follower_says_is_ignored_and_closes_it_when_large() {
+    let (server, pages) = serve(Limits::default());
+    for bytes in [1025, 64 * 1024] {
+        pages.live.say("first".into());
+        let mut socket = follow(server.address(), "/live", &[]).unwrap();
+        assert_eq!(next_text(&mut socket), "first");
+        socket.send(Message::text("x".repeat(1024))).unwrap();
+        socket.send(Message::binary(vec![0; 1024])).unwrap();
+        pages.live.say("still here".into());
+        assert_eq!(next_text(&mut socket), "still here");
+        socket.send(Message::text("x".repeat(bytes))).unwrap();
+        assert_eq!(close_code(socket), CloseCode::Size, "{bytes} bytes");
+        until("it is gone", || pages.live.readers() == 0);
+    }
+}
+
+#[test]
+fn a_follower_that_answers_no_ping_is_let_go_and_one_that_does_is_kept() {
+    let (server, pages) = serve(Limits { stall_time: Duration::from_millis(600), ..Limits::default() });
+    let mut dead = follow(server.address(), "/live", &[]).unwrap();
+    let mut alive = follow(server.address(), "/live", &[]).unwrap();
+    alive.get_mut().set_read_timeout(Some(Duration::from_millis(5))).unwrap();
+    assert_eq!(pages.live.readers(), 2);
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_millis(1500) {
+        // Reading answers the pings.
+        let _ = alive.read();
+    }
+    assert_eq!(pages.live.readers(), 1);
+    pages.live.say("still here".into());
+    alive.get_mut().set_read_timeout(Some(PATIENCE)).unwrap();
+    until("the one that answers is told", || next_text(&mut alive) == "still here");
+    while dead.read().is_ok() {}
+}
+
+#[test]
+fn the_end_comes_soon_whoever_is_connected_and_web_sockets_are_told() {
+    let (server, pages) = serve(Limits::default());
+    let at = server.address();
+    let follower = follow(at, "/live", &[]).unwrap();
+    let _silent = connect(at);
+    let mut stalled = connect(at);
+    write!(stalled, "GET /big HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+    let mut waiting = connect(at);
+    write!(waiting, "GET /gate HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+    until("a call is under way", || pages.waiting.load(Ordering::SeqCst) == 1);
+    let told = std::thread::spawn(move || close_code(follower));
+    let start = Instant::now();
+    drop(server);
+    assert!(start.elapsed() < PATIENCE / 2, "{:?}", start.elapsed());
+    assert_eq!(pages.waiting.load(Ordering::SeqCst), 1, "the call was not waited for");
+    assert_eq!(told.join().unwrap(), CloseCode::Away);
+    assert!(TcpStream::connect(at).is_err(), "nobody listens");
+    pages.open_the_gate();
+}
+
+#[test]
+fn the_end_waits_for_an_answer_under_way_but_for_no_idle_connection() {
+    let (server, pages) = serve(Limits { farewell_time: PATIENCE, ..Limits::default() });
+    let at = server.address();
+    let mut silent = connect(at);
+    let mut kept = connect(at);
+    write!(kept, "GET / HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+    kept.read_exact(&mut [0; 1]).unwrap();
+    let mut waiting = connect(at);
+    write!(waiting, "GET /gate HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
+    until("a call is under way", || pages.waiting.load(Ordering::SeqCst) == 1);
+    let start = Instant::now();
+    let end = std::thread::spawn(move || drop(server));
+    for stream in [&mut silent, &mut kept] {
+        stream.read_to_end(&mut Vec::new()).unwrap();
+    }
+    pages.open_the_gate();
+    assert_eq!(reply(waiting).status, 200);
+    end.join().unwrap();
+    assert!(start.elapsed() < PATIENCE / 2, "{:?}", start.elapsed());
+}

@@ -1,0 +1,117 @@
+// Real Chromium, and reports opened in it from disk with every network blocked.
+
+import assert from "node:assert/strict";
+import { existsSync } from "node:fs";
+import { join } from "node:path";
+import { after, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+import { chromium } from "playwright-core";
+
+const FLIGHTS = process.env.STANDOFF_FLIGHTS;
+const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
+assert.ok(FLIGHTS, "STANDOFF_FLIGHTS names the folder of runs to open: start the tests with scripts/check_in_browser");
+
+/** Longest that anything may take on a busy machine, ms. */
+export const PATIENCE_MS = 60_000;
+
+/** The folder of a run. */
+export function folder(flight) {
+  const path = join(FLIGHTS, flight);
+  assert.ok(existsSync(path), `${path}: no such run; scripts/check_in_browser flies it`);
+  return path;
+}
+
+let launched;
+
+/** The browser of this file's tests. */
+export function browser() {
+  launched ??= chromium.launch({
+    executablePath: CHROMIUM,
+    chromiumSandbox: process.getuid() !== 0,
+    args: ["--disable-gpu", "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"],
+  });
+  return launched;
+}
+after(async () => (await launched)?.close());
+
+/** A page, and what it did that no report may do: errors, requests, dialogs, new windows. */
+export async function blank(options = {}) {
+  const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
+  context.setDefaultTimeout(PATIENCE_MS);
+  await context.setOffline(true);
+  const page = await context.newPage();
+  const complaints = [];
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => complaints.push(`error: ${error.message}`));
+  page.on("dialog", (dialog) => {
+    complaints.push(`dialog: ${dialog.message()}`);
+    dialog.dismiss();
+  });
+  page.on("websocket", (socket) => complaints.push(`socket: ${socket.url()}`));
+  page.on("popup", (popup) => complaints.push(`window: ${popup.url()}`));
+  page.on("request", (request) => {
+    if (!/^(file|blob|data):/.test(request.url())) complaints.push(`request: ${request.url()}`);
+  });
+  return { context, page, complaints };
+}
+
+/** Opens the report of a run as a reader does, from disk. */
+export async function open(page, flight, ready = "charts") {
+  await page.goto(pathToFileURL(join(folder(flight), "report.html")).href);
+  const words = ready === "map" ? '[data-ready]' : `[data-ready="${ready}"]`;
+  await page.waitForSelector(`body${words}`);
+  await page.waitForSelector("body[data-pictures]");
+}
+
+/** A test of a report, which fails as well if the page complains. */
+export function inReport(name, { flight = "figure-9", ...options }, check) {
+  test(name, { timeout: 2 * PATIENCE_MS }, async () => {
+    const { context, page, complaints } = await blank(options);
+    try {
+      await open(page, flight);
+      await check(page);
+      await painted(page);
+      assert.deepEqual(complaints, []);
+    } finally {
+      await context.close();
+    }
+  });
+}
+
+/** Waits until everything asked for so far is shown. */
+export async function painted(page) {
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
+}
+
+/** The time that the clock tells, s. */
+export async function clock(page) {
+  return page.locator("#clock").evaluate((clock) => Number(clock.dateTime.slice(2, -1)));
+}
+
+/** Goes to a time as a script would: through the slider. */
+export async function goTo(page, time_s) {
+  await page.locator("#time").evaluate((slider, time_s) => {
+    slider.value = time_s;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+  }, time_s);
+  await page.waitForFunction((shown) => document.getElementById("clock").dateTime === shown, `PT${time_s.toFixed(3)}S`);
+}
+
+/** Where the map looks: what lies in its middle, m, and its scale, px per m. */
+export async function camera(page) {
+  await painted(page);
+  return page.locator("#map").evaluate(({ dataset }) => ({
+    x_m: Number(dataset.eastM),
+    y_m: Number(dataset.northM),
+    px_per_m: Number(dataset.pxPerM),
+  }));
+}
+
+/** The map's pixels, as one text. */
+export async function picture(page) {
+  await painted(page);
+  return page.locator("#map").evaluate((canvas) => canvas.toDataURL());
+}

@@ -1,0 +1,140 @@
+// The page as it is served: a run that flies while it is watched, and who is refused.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { createServer } from "node:http";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, test } from "node:test";
+
+import { PATIENCE_MS, browser } from "./browser.mjs";
+
+const STANDOFF = process.env.STANDOFF;
+assert.ok(STANDOFF, "STANDOFF names the command: start the tests with scripts/check_in_browser");
+const limits = { timeout: 2 * PATIENCE_MS };
+const results = mkdtempSync(join(tmpdir(), "standoff-served-"));
+after(() => rmSync(results, { recursive: true }));
+
+/** Starts a command that serves; gives its address and what ends it. */
+async function serving(...args) {
+  const child = spawn(STANDOFF, [...args, "--no-open"], { cwd: results, stdio: ["ignore", "pipe", "pipe"] });
+  const gone = new Promise((resolve) => child.on("exit", resolve));
+  let said = "";
+  const address = await new Promise((resolve, reject) => {
+    const hear = (bytes) => {
+      said += bytes;
+      const found = /http:\/\/[^\s/]+/.exec(said);
+      if (found) resolve(found[0]);
+    };
+    child.stdout.on("data", hear);
+    child.stderr.on("data", hear);
+    gone.then(() => reject(new Error(`it ended: ${said}`)));
+  });
+  const end = async () => {
+    child.kill("SIGINT");
+    return gone;
+  };
+  return { address, end };
+}
+
+/** A page that collects what it complains about. */
+async function watching(address) {
+  const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 } });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  const complaints = [];
+  page.on("pageerror", (error) => complaints.push(error.message));
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
+  });
+  page.on("request", (request) => {
+    if (!/^(blob|data):/.test(request.url()) && !request.url().startsWith(address)) complaints.push(request.url());
+  });
+  await page.goto(address);
+  await page.waitForSelector("body[data-ready]");
+  return { page, complaints, close: () => context.close() };
+}
+
+const shown_s = async (page) => Number.parseFloat(await page.textContent("#clock"));
+
+test("a page follows a run while it flies, survives a reload, and tells the outcome at the end", limits, async () => {
+  const run = await serving("run", "paper/table-2-pair", "--view", "--rate", "10", "--out", "live");
+  const { page, complaints, close } = await watching(run.address);
+  assert.equal(await page.getAttribute("#live", "aria-pressed"), "true");
+  const first = await shown_s(page);
+  await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from + 5, first);
+  assert.equal(await page.locator("#outcome td").count(), 0, "there is no outcome yet");
+
+  const before = await shown_s(page);
+  await page.reload();
+  await page.waitForSelector("body[data-ready]");
+  await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from, before);
+
+  // Who looks back stays there while the run goes on.
+  await page.keyboard.press(" ");
+  await page.keyboard.press("Home");
+  await page.waitForFunction(() => document.getElementById("clock").textContent === "0.0 s");
+  await page.waitForTimeout(600);
+  assert.equal(await shown_s(page), 0);
+  await page.click("#live");
+  await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from, before);
+
+  await page.waitForSelector("#outcome td[data-metric=position_error_m]", { state: "attached" });
+  await page.waitForSelector("#live", { state: "hidden" });
+  await page.waitForFunction(() => document.getElementById("clock").textContent === "100.0 s");
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await run.end(), 0);
+});
+
+test("a run ends as soon with a page that reads nothing as with none", limits, async () => {
+  const run = await serving("run", "tour/02-two-uavs", "--view", "--rate", "100", "--out", "slow");
+  const { page } = await watching(run.address);
+  const session = await page.context().newCDPSession(page);
+  await session.send("Page.setWebLifecycleState", { state: "frozen" });
+  const until = Date.now() + PATIENCE_MS;
+  for (;;) {
+    const head = await (await fetch(`${run.address}/replay/head.json`)).json();
+    if (head.outcome.length) break;
+    assert.ok(Date.now() < until, "the run waits for the page");
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+  assert.equal(await run.end(), 0);
+});
+
+test("a page from elsewhere gets nothing, by request or by socket", limits, async () => {
+  const view = await serving("view", "tour/01-one-uav");
+  const stranger = createServer((_, answer) => answer.end("<!DOCTYPE html><title>elsewhere</title>"));
+  await new Promise((resolve) => stranger.listen(0, "127.0.0.1", resolve));
+  const context = await (await browser()).newContext();
+  const page = await context.newPage();
+  await page.goto(`http://127.0.0.1:${stranger.address().port}/`);
+  const got = await page.evaluate(async (address) => {
+    const asked = await fetch(`${address}/replay/head.json`).then((answer) => answer.text(), () => "refused");
+    const unseen = await fetch(`${address}/replay/head.json`, { mode: "no-cors" }).then((answer) => answer.type, () => "refused");
+    const socket = await new Promise((resolve) => {
+      const socket = new WebSocket(`${address.replace("http", "ws")}/replay/feed`);
+      socket.onmessage = () => resolve("told");
+      socket.onerror = () => resolve("refused");
+    });
+    const frame = document.createElement("iframe");
+    frame.src = address;
+    document.body.append(frame);
+    await new Promise((resolve) => (frame.onload = resolve));
+    let framed = "refused";
+    try {
+      framed = frame.contentDocument ? "shown" : "refused";
+    } catch {
+      // As wanted.
+    }
+    return { asked, unseen, socket, framed };
+  }, view.address);
+  assert.deepEqual(got, { asked: "refused", unseen: "refused", socket: "refused", framed: "refused" });
+  for (const headers of [{ Origin: "http://evil.example" }, { Origin: "null" }, { "Sec-Fetch-Site": "cross-site" }]) {
+    assert.equal((await fetch(`${view.address}/replay/head.json`, { headers })).status, 403, JSON.stringify(headers));
+  }
+  await context.close();
+  stranger.close();
+  assert.equal(await view.end(), 0);
+});
