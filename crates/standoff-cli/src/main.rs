@@ -3,6 +3,8 @@
 mod changes;
 mod compare;
 mod failure;
+#[cfg_attr(not(feature = "mcap"), path = "mcap_left_out.rs")]
+mod mcap;
 mod merge;
 mod monte_carlo;
 mod outcome;

@@ -16,6 +16,7 @@ use standoff_view::site::RunSite;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note};
+use crate::mcap::Mcap;
 use crate::outcome::{Wanted, lines};
 use crate::tell::tell;
 use crate::watch::{Interruption, Pace, Served, Watched, manifest, rate};
@@ -27,6 +28,7 @@ Examples:
   standoff run tour/02-two-uavs --json | jq .metrics.position_error_m
   standoff run --traffic city.fcd.xml.gz --uavs 4
   standoff run traffic/city --view --rate 20
+  standoff run --mcap figure-9.mcap
   standoff run mine.toml --set uavs.count=3 --set targets.scatter.count=6";
 
 /// What to fly, and where the results go.
@@ -43,6 +45,9 @@ pub(crate) struct Args {
     /// Folder for the results [default: standoff-out/NAME-SEED].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write the mission as an MCAP file, too, for Lichtblick, Foxglove or Rerun (if built with the feature mcap).
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     #[command(flatten)]
     metrics: Wanted,
     /// Print one JSON object instead of the table.
@@ -85,12 +90,19 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::Input(format!("{}: {what}", out.display())));
         }
     }
-    let live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
-    let (closed, live) = fly(&scenario, &out, live)?;
+    let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
+    let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
+    let closed = fly(&scenario, &out, |frame| {
+        mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
+        live.as_mut().map_or(Ok(()), |live| live.frame(frame))
+    })?;
+    // If that file has failed, the record is published all the same.
+    let filed = mcap.map_or(Ok(()), Mcap::close);
     let outcome = tell(closed.dir(), closed.dir(), args.metrics.choice)?;
     closed.publish().map_err(Failure::running)?;
     outcome.print(args.json, &out)?;
-    live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics)))
+    let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics)));
+    filed.and(shown)
 }
 
 /// A run that is watched while it flies.
@@ -133,8 +145,12 @@ impl Live {
     }
 }
 
-/// Flies the mission into a record; every frame is written as it comes.
-fn fly(scenario: &Scenario, out: &Path, mut live: Option<Live>) -> Result<(Closed, Option<Live>), Failure> {
+/// Flies the mission into a record; every frame is written as it comes, and `look` sees it.
+fn fly(
+    scenario: &Scenario,
+    out: &Path,
+    mut look: impl FnMut(&Frame) -> Result<(), Failure>,
+) -> Result<Closed, Failure> {
     let mut mission = Mission::new(scenario)
         .map_err(|errors| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
     let resolved = scenario.resolved().map_err(Failure::input)?;
@@ -142,13 +158,11 @@ fn fly(scenario: &Scenario, out: &Path, mut live: Option<Live>) -> Result<(Close
     let progress = progress(mission.frames());
     while let Some(frame) = mission.frame() {
         writer.frame(frame).map_err(Failure::running)?;
-        if let Some(live) = &mut live {
-            live.frame(frame)?;
-        }
+        look(frame)?;
         progress.inc(1);
     }
     progress.finish_and_clear();
-    Ok((writer.close(&World::names(scenario)).map_err(Failure::running)?, live))
+    writer.close(&World::names(scenario)).map_err(Failure::running)
 }
 
 /// A bar on a terminal, nothing in a pipe.

@@ -3,7 +3,7 @@
 //! The run is read as a stream and kept as small, thinned curves, so that neither memory nor the size
 //! of a figure grows with the length of the run. The same frames always give the same bytes.
 
-mod chart;
+pub(crate) mod chart;
 mod curve;
 mod gather;
 pub(crate) mod line_of_sight;

@@ -9,6 +9,9 @@ use super::{Options, Origin, Traffic};
 
 /// Furthest a sample may be from the origin, m: further off, a plane is no map of the earth.
 const MAX_FROM_ORIGIN: f64 = 1e6;
+/// How often a point of the plane is lowered to the ellipsoid: every time, the height that is left shrinks by the
+/// square of its distance over the earth's radius, so to nothing.
+const LOWERED: u32 = 5;
 
 /// The samples read so far, in the file's own coordinates.
 pub(super) struct Builder {
@@ -111,6 +114,24 @@ fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), S
     Ok(())
 }
 
+impl Origin {
+    /// Latitude and longitude, degrees, of the point of the ellipsoid that lies at these metres east and north: what
+    /// the coordinates of a vehicle there were in the file, to about a millimetre within 100 km.
+    #[must_use]
+    pub fn degrees_at(self, east_m: f64, north_m: f64) -> [f64; 2] {
+        let (latitude, longitude) = (self.latitude_deg.to_radians(), self.longitude_deg.to_radians());
+        // The ellipsoid lies below the plane: lowered by the height that is left, a point comes down to it.
+        let (mut up, mut degrees) = (0.0, [0.0; 2]);
+        for _ in 0..LOWERED {
+            let (lat, lon, height) =
+                map_3d::enu2geodetic(east_m, north_m, up, latitude, longitude, 0.0, map_3d::Ellipsoid::WGS84);
+            up -= height;
+            degrees = [lat.to_degrees(), lon.to_degrees()];
+        }
+        degrees
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,6 +209,18 @@ mod tests {
         assert!(math::hypot(state(0).x_m, state(0).y_m) < 1e-6);
         assert!((state(1).y_m - 111.122).abs() < 0.01 && state(1).x_m.abs() < 1e-3, "{:?}", state(1));
         assert!((state(2).x_m - 79.530).abs() < 0.01 && state(2).y_m.abs() < 1e-3, "{:?}", state(2));
+    }
+
+    #[test]
+    fn metres_become_the_degrees_that_they_were() {
+        let file = [(11.3, 44.5), (11.31, 44.47), (10.1, 45.2), (12.5, 43.8)];
+        let traffic = degrees(&file).unwrap();
+        for ((longitude, latitude), time_us) in file.into_iter().zip(0..) {
+            let state = traffic.vehicles[0].at(time_us).unwrap();
+            let [lat, lon] = traffic.origin.unwrap().degrees_at(state.x_m, state.y_m);
+            // 1e-8 degrees are about a millimetre.
+            assert!((lat - latitude).abs() < 1e-8 && (lon - longitude).abs() < 1e-8, "{lat} {lon}");
+        }
     }
 
     #[test]

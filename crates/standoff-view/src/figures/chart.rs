@@ -40,7 +40,7 @@ pub(super) const UAVS: [RGBColor; 8] = [
     RGBColor(182, 109, 255),
 ];
 /// For groups in the order of their founding: none of the UAVs' colours, and lighter.
-pub(super) const GROUPS: [RGBColor; 5] = [
+pub(crate) const GROUPS: [RGBColor; 5] = [
     RGBColor(0, 158, 115),
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),

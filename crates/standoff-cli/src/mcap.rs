@@ -1,0 +1,44 @@
+//! The mission as an MCAP file beside the record.
+
+use std::path::{Path, absolute};
+
+use standoff_sim::record::Frame;
+use standoff_sim::scenario::Scenario;
+use standoff_view::mcap::{McapError, Writer};
+
+use crate::failure::{Failure, note};
+
+/// The file while it is written. If that fails, the mission flies on, and [`Mcap::close`] tells.
+pub(crate) struct Mcap(Result<Writer, McapError>);
+
+impl Mcap {
+    /// Begins the file of a run whose record goes to `out`.
+    pub(crate) fn create(file: &Path, scenario: &Scenario, out: &Path) -> Result<Self, Failure> {
+        let [inside, folder] = [file, out].map(|path| absolute(path).map_err(Failure::input));
+        if inside?.starts_with(folder?) {
+            let what = "lies in the folder of the run, which holds its record alone; name a file outside it";
+            return Err(Failure::Input(format!("{}: {what}", file.display())));
+        }
+        let resolved = scenario.resolved().map_err(Failure::input)?;
+        let is_there = file.exists();
+        let writer = Writer::create(file, scenario, &resolved).map_err(Failure::input)?;
+        if is_there {
+            note(&format!("note: replacing the older file {}", file.display()));
+        }
+        Ok(Self(Ok(writer)))
+    }
+
+    /// Adds an instant.
+    pub(crate) fn frame(&mut self, frame: &Frame) {
+        if let Ok(writer) = &mut self.0
+            && let Err(error) = writer.frame(frame)
+        {
+            self.0 = Err(error);
+        }
+    }
+
+    /// Completes the file, or tells why it could not be written.
+    pub(crate) fn close(self) -> Result<(), Failure> {
+        self.0.and_then(Writer::finish).map_err(Failure::running)
+    }
+}

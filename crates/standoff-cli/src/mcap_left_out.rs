@@ -1,0 +1,26 @@
+//! What stands for `mcap.rs` in a build without the feature `mcap`: nothing but the advice to build with it.
+
+use std::path::Path;
+
+use standoff_sim::record::Frame;
+use standoff_sim::scenario::Scenario;
+
+use crate::failure::Failure;
+
+/// There is none.
+pub(crate) enum Mcap {}
+
+impl Mcap {
+    pub(crate) fn create(_file: &Path, _scenario: &Scenario, _out: &Path) -> Result<Self, Failure> {
+        let what = "this build cannot write MCAP files; build one that can: cargo build --release --features mcap";
+        Err(Failure::Input(what.to_owned()))
+    }
+
+    pub(crate) fn frame(&mut self, _frame: &Frame) {
+        match *self {}
+    }
+
+    pub(crate) fn close(self) -> Result<(), Failure> {
+        match self {}
+    }
+}

@@ -1,0 +1,165 @@
+//! The scene of an instant: UAVs, vehicles, tracks and orbits. Colours tell groups, and what must not be missed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use foxglove::messages::{
+    Color, KeyValuePair, SceneEntity, SceneEntityDeletion, SceneUpdate, scene_entity_deletion::Type,
+};
+use plotters::style::RGBColor;
+use standoff::math::atan2;
+use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::scenario::Scenario;
+
+use super::WORLD;
+use super::log::target_name;
+use super::pose::{pose, position, timestamp, vector};
+use super::shapes::{arrow, circle, colour, cube, ellipse, sphere, text, view};
+use crate::figures::chart::GROUPS;
+
+// None of the groups' colours, and told apart without red and green.
+const UNSEEN: RGBColor = RGBColor(213, 94, 0);
+const DWELL: RGBColor = RGBColor(240, 228, 66);
+const DISCARDED: RGBColor = RGBColor(170, 51, 119);
+const UNASSIGNED: RGBColor = RGBColor(0, 114, 178);
+/// True vehicles, and UAVs without a group.
+const PLAIN: RGBColor = RGBColor(150, 150, 150);
+
+/// What is shown, from instant to instant.
+pub(super) struct Scene {
+    field_of_view_rad: f64,
+    sensing_range_m: f64,
+    /// Of each group that is alive, the place of its colour among all.
+    colours: BTreeMap<u32, usize>,
+    /// What was shown at the last instant.
+    shown: BTreeSet<String>,
+}
+
+impl Scene {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let sensor = &scenario.settings.team.track.sensor;
+        Self {
+            field_of_view_rad: sensor.field_of_view_rad,
+            sensing_range_m: sensor.sensing_range_m,
+            colours: BTreeMap::new(),
+            shown: BTreeSet::new(),
+        }
+    }
+
+    /// Everything that there is at an instant, in the place of what was shown before.
+    pub(super) fn update(&mut self, frame: &Frame, target_names: &[String]) -> SceneUpdate {
+        self.colour_groups(&frame.groups);
+        let mut entities: Vec<SceneEntity> = Vec::new();
+        entities.extend(frame.truth.iter().map(|row| truth(row, target_names)));
+        entities.extend(frame.tracks.iter().map(|row| self.track(row, target_names)));
+        entities.extend(frame.groups.iter().map(|row| self.orbit(row)));
+        entities.extend(frame.uavs.iter().map(|row| self.uav(row)));
+        let now = timestamp(frame.time_us);
+        for entity in &mut entities {
+            entity.timestamp = Some(now);
+            WORLD.clone_into(&mut entity.frame_id);
+        }
+        let shown = entities.iter().map(|entity| entity.id.clone()).collect();
+        let before = std::mem::replace(&mut self.shown, shown);
+        let delete =
+            |id: &String| SceneEntityDeletion { timestamp: Some(now), r#type: Type::MatchingId.into(), id: id.clone() };
+        SceneUpdate { deletions: before.difference(&self.shown).map(delete).collect(), entities }
+    }
+
+    /// Gives a new group the colour that the fewest others have.
+    fn colour_groups(&mut self, groups: &[GroupRow]) {
+        self.colours.retain(|id, _| groups.iter().any(|row| row.group == *id));
+        for row in groups {
+            if !self.colours.contains_key(&row.group) {
+                let shared = |place: &usize| self.colours.values().filter(|taken| *taken == place).count();
+                let place = (0..GROUPS.len()).min_by_key(shared).unwrap_or(0);
+                self.colours.insert(row.group, place);
+            }
+        }
+    }
+
+    fn colour(&self, group: Option<u32>) -> Color {
+        colour(group.and_then(|id| self.colours.get(&id)).map_or(PLAIN, |&place| GROUPS[place]))
+    }
+
+    /// A UAV in the colour of the group that it serves, and what it sees.
+    fn uav(&self, row: &UavRow) -> SceneEntity {
+        let (at, colour) = (position(row), self.colour(row.group));
+        let view = |boresight| view(at, boresight, self.field_of_view_rad, self.sensing_range_m, colour);
+        SceneEntity {
+            id: format!("uav/{}", row.uav),
+            arrows: vec![arrow(pose(at, row.heading_rad), colour)],
+            lines: row.boresight_rad.map(view).into_iter().collect(),
+            texts: vec![text(at, format!("UAV {}", row.uav), colour)],
+            ..SceneEntity::default()
+        }
+    }
+
+    /// The orbit that is wanted.
+    fn orbit(&self, row: &GroupRow) -> SceneEntity {
+        let (centre, colour) = (vector(row.x_m, row.y_m, row.altitude_m), self.colour(Some(row.group)));
+        let doubt = if row.feasible { "" } else { ", infeasible" };
+        let label = format!("group {}: {:.0} m{doubt}", row.group, row.standoff_distance_m);
+        SceneEntity {
+            id: format!("group/{}", row.group),
+            lines: vec![circle(centre, row.standoff_distance_m, colour)],
+            texts: vec![text(centre, label, colour)],
+            ..SceneEntity::default()
+        }
+    }
+
+    /// A track: its marker tells its place in the team's work, its ellipse whether it is seen.
+    fn track(&self, row: &TrackRow, target_names: &[String]) -> SceneEntity {
+        let [x, _, _, y, ..] = row.state;
+        let (place, marker) = match row.place {
+            Place::Member => ("member", self.colour(row.group)),
+            Place::Dwell => ("dwell", colour(DWELL)),
+            Place::Discarded => ("discarded", colour(DISCARDED)),
+            Place::Unassigned => ("unassigned", colour(UNASSIGNED)),
+        };
+        let (status, line) = match row.status {
+            TrackStatus::Held => ("held", marker),
+            TrackStatus::Coasting => ("coasting", colour(UNSEEN)),
+            TrackStatus::Cued => ("cued", colour(UNSEEN)),
+        };
+        let name = target_name(row.target, target_names);
+        let unusual = [place, status].into_iter().filter(|word| !["member", "held"].contains(word));
+        let label = std::iter::once(name.as_str()).chain(unusual).collect::<Vec<_>>().join(", ");
+        let group = |key, group: Option<u32>| group.map(|id| pair(key, &id.to_string()));
+        let told = [
+            Some(pair("name", &name)),
+            Some(pair("place", place)),
+            Some(pair("status", status)),
+            group("group", row.group),
+            group("to_group", row.to_group),
+        ];
+        SceneEntity {
+            id: format!("track/{}", row.target),
+            metadata: told.into_iter().flatten().collect(),
+            spheres: vec![sphere(vector(x, y, 0.0), marker)],
+            lines: vec![ellipse([x, y], position_covariance(row), line)],
+            texts: vec![text(vector(x, y, 20.0), label, line)],
+            ..SceneEntity::default()
+        }
+    }
+}
+
+/// Variance east, covariance, variance north, m2.
+fn position_covariance(row: &TrackRow) -> [f64; 3] {
+    // Of the upper triangle of [x, vx, ax, y, vy, ay], the first row is x's, the fourth y's.
+    [0, 3, 15].map(|place| row.covariance[place])
+}
+
+/// A vehicle as it really is.
+fn truth(row: &TruthRow, target_names: &[String]) -> SceneEntity {
+    let heading_rad = atan2(row.vy_m_s, row.vx_m_s);
+    SceneEntity {
+        id: format!("truth/{}", row.target),
+        metadata: vec![pair("name", &target_name(row.target, target_names))],
+        cubes: vec![cube(pose(vector(row.x_m, row.y_m, 0.0), heading_rad), colour(PLAIN))],
+        ..SceneEntity::default()
+    }
+}
+
+fn pair(key: &str, value: &str) -> KeyValuePair {
+    KeyValuePair { key: key.to_owned(), value: value.to_owned() }
+}

@@ -1,0 +1,230 @@
+#!/usr/bin/env python3
+"""Read the MCAP file of a run with MCAP's own Python packages, and compare it with the run's record.
+
+Usage: check_mcap.py <record folder> <MCAP file>
+
+docs/mcap.md tells the topics. Messages are decoded by the schemas in the file. The scene is played as a viewer plays
+it: entities replace one another and are deleted, and at every instant those are left that the record has.
+
+Prints lines like check_equations.py. Exits with 1 and a message if anything differs. Not checked: colours, labels, and
+latitude and longitude.
+"""
+
+import json
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+from check_equations import Comparison, Record, direction, wrap
+
+CHI_SQUARE_95 = 5.991464547107979  # 95 % quantile with two degrees of freedom
+
+
+def main(arguments):
+    if len(arguments) != 2:
+        print(__doc__.strip(), file=sys.stderr)
+        return 2
+    folder, path = map(Path, arguments)
+    try:
+        record, compare = Record(folder), Comparison()
+        with open(path, "rb") as file:
+            reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+            check_file(reader, record, compare)
+            topics = defaultdict(dict)
+            for schema, channel, message, decoded in reader.iter_decoded_messages():
+                strange = message.log_time != message.publish_time or schema.encoding != "protobuf"
+                compare("messages of another form", 0, strange)
+                topics[channel.topic].setdefault(message.log_time // 1000, []).append(decoded)
+        for check in [check_poses, check_points, check_states, check_orbits, check_scene,
+                      check_log]:
+            check(topics, record, compare)
+        compare("topics that were not checked", 0, len(topics))
+    except Exception as error:  # a topic or a field is not there, or cannot be read
+        print(f"{path}: {type(error).__name__}: {error}", file=sys.stderr)
+        return 1
+    return compare.report(path)
+
+
+def check_file(reader, record, compare):
+    """What the file says of itself."""
+    manifest = json.loads((record.folder / "run.json").read_text(encoding="utf-8"))
+    (metadata,) = reader.iter_metadata()
+    told = {name: str(manifest[name]) for name in ["scenario", "seed", "version"]}
+    compare("metadata that differ", 0, sum(metadata.metadata[name] != value for name, value in told.items()))
+    for name in ["duration_s", "period_s"]:
+        compare(f"metadata: {name}", manifest[name], float(metadata.metadata[name]))
+    (attachment,) = reader.iter_attachments()
+    scenario = (record.folder / attachment.name).read_bytes()
+    compare("scenario attached", 0, attachment.name != "scenario.toml" or attachment.data != scenario)
+
+
+def only(messages):
+    """Of an instant in which there is one message."""
+    (message,) = messages
+    return message
+
+
+def seconds(stamp):
+    return stamp.seconds + stamp.nanos / 1e9
+
+
+def check_times(what, recorded, messages, compare):
+    """Messages are there at the same instants as rows."""
+    compare(f"{what}: instants that differ", 0, len(set(recorded) ^ set(messages)))
+
+
+def check_poses(topics, record, compare):
+    transforms = topics.pop("/tf")
+    check_times("/tf", record.uavs, transforms, compare)
+    poses = {uav: topics.pop(f"/uav/{uav}/pose") for uav in record.uavs[record.times[0]]}
+    for time, rows in record.uavs.items():
+        sent = {transform.child_frame_id: transform for transform in only(transforms[time]).transforms}
+        compare("/tf: UAVs that differ", 0, len(set(sent) ^ {f"uav-{uav}" for uav in rows}))
+        for uav, row in rows.items():
+            transform, pose = sent[f"uav-{uav}"], only(poses[uav][time])
+            place = [row.x_m, row.y_m, row.altitude_m or 0.0]
+            for what, stamp, position, turned in [
+                    ("/tf", transform.timestamp, transform.translation, transform.rotation),
+                    ("pose", pose.timestamp, pose.pose.position, pose.pose.orientation)]:
+                compare(f"{what}: time", time / 1e6, seconds(stamp))
+                compare(f"{what}: position", place, np.array([position.x, position.y, position.z]))
+                compare(f"{what}: level, of length 1", [0.0, 0.0, 1.0],
+                        np.array([turned.x, turned.y, np.hypot(turned.z, turned.w)]))
+                compare.angle(f"{what}: heading", row.heading_rad, 2.0 * np.arctan2(turned.z, turned.w))
+
+
+def check_points(topics, record, compare):
+    """Points in single precision."""
+    types = {5: "<u4", 7: "<f4"}
+    for kind, rows, key in [("uavs", record.uavs, "uav"), ("truth", record.truth, "target"),
+                            ("tracks", record.tracks, "target")]:
+        clouds = topics.pop(f"/points/{kind}")
+        check_times(f"/points/{kind}", record.uavs, clouds, compare)
+        for time, (cloud,) in clouds.items():
+            layout = np.dtype({"names": [field.name for field in cloud.fields],
+                               "formats": [types[field.type] for field in cloud.fields],
+                               "offsets": [field.offset for field in cloud.fields], "itemsize": cloud.point_stride})
+            points, recorded = np.frombuffer(cloud.data, layout), [row for _, row in sorted(rows[time].items())]
+            compare(f"/points/{kind}: ids that differ", 0, list(points[key]) != sorted(rows[time]))
+            places = [[row.x_m, row.y_m, getattr(row, "altitude_m", None) or 0.0] for row in recorded]
+            compare(f"/points/{kind}: places", places, np.array([points[axis] for axis in "xyz"]).T, tolerance=1e-7)
+
+
+def numbers(message):
+    """Field by field; what is not there is None."""
+    return {field.name: getattr(message, field.name) if not field.has_presence or message.HasField(field.name) else None
+            for field in message.DESCRIPTOR.fields}
+
+
+def check_states(topics, record, compare):
+    for uav in record.uavs[record.times[0]]:
+        states = topics.pop(f"/uav/{uav}/state")
+        check_times("state", record.uavs, states, compare)
+        for time, (state,) in states.items():
+            row, state = record.uavs[time][uav], numbers(state)
+            wanted = record.groups[time][row.group].standoff_distance_m if row.group is not None else None
+            known = row.centre_distance_m is not None and wanted is not None
+            compare("state: standoff_distance_m", wanted, state.pop("standoff_distance_m"))
+            error = row.centre_distance_m - wanted if known else None
+            compare("state: standoff_error_m", error, state.pop("standoff_error_m"))
+            compare("state: line_of_sight_rad", line_of_sight(record, time, row), state.pop("line_of_sight_rad"))
+            for name, value in state.items():
+                compare(f"state: {name}", getattr(row, name), value)
+
+
+def line_of_sight(record, time, uav):
+    """The largest angle between the boresight and a member of the UAV's group as it really is."""
+    if uav.boresight_rad is None or uav.group is None:
+        return None
+    members = [record.truth[time][target] for target in record.duty(time, uav.group) if target in record.truth[time]]
+    angles = [abs(wrap(direction(member.position - uav.position) - uav.boresight_rad)) for member in members]
+    return max(angles, default=None)
+
+
+def check_orbits(topics, record, compare):
+    for group in sorted({group for rows in record.groups.values() for group in rows}):
+        orbits = topics.pop(f"/group/{group}/orbit")
+        check_times("orbit", [time for time, rows in record.groups.items() if group in rows], orbits, compare)
+        for time, (orbit,) in orbits.items():
+            for name, value in numbers(orbit).items():
+                compare(f"orbit: {name}", getattr(record.groups[time][group], name), value)
+
+
+def check_scene(topics, record, compare):
+    scenes, shown = topics.pop("/scene"), {}
+    check_times("/scene", record.uavs, scenes, compare)
+    for time in record.times:
+        update = only(scenes[time])
+        for deletion in update.deletions:
+            compare("/scene: deletions by name of what is there", 0, deletion.type != 0 or deletion.id not in shown)
+            del shown[deletion.id]
+        shown |= {entity.id: entity for entity in update.entities}
+        kinds = {"uav": record.uavs, "truth": record.truth, "track": record.tracks, "group": record.groups}
+        there = {f"{kind}/{key}": row for kind, rows in kinds.items() for key, row in rows[time].items()}
+        compare("/scene: entities that differ", 0, len(set(there) ^ set(shown)))
+        for name, row in there.items():
+            entity = shown[name]
+            compare("/scene: entities of an instant before", time / 1e6, seconds(entity.timestamp))
+            SHAPES[name.split("/")[0]](entity, row, record, compare)
+
+
+def points(line):
+    return np.array([[point.x, point.y, point.z] for point in line.points])
+
+
+def check_marker(what, marker, row, compare):
+    compare(f"/scene: {what}, position", row.position, np.array([marker.pose.position.x, marker.pose.position.y]))
+
+
+def check_uav(entity, row, record, compare):
+    check_marker("UAV", only(entity.arrows), row, compare)
+    compare("/scene: field of view drawn", row.boresight_rad is not None, len(entity.lines))
+    if entity.lines:
+        edge = points(only(entity.lines))[1:, :2] - row.position
+        sensor = record.scenario["sensor"]
+        compare("/scene: field of view, reach", sensor["sensing_range_m"], np.hypot(*edge.T))
+        angles = wrap(direction(edge.T) - row.boresight_rad)
+        compare("/scene: field of view, width", sensor["field_of_view_deg"], np.degrees(np.ptp(angles)))
+        compare("/scene: field of view, middle", 0.0, angles.mean())
+
+
+def check_truth(entity, row, _, compare):
+    check_marker("vehicle", only(entity.cubes), row, compare)
+
+
+def check_track(entity, row, _, compare):
+    check_marker("track", only(entity.spheres), row, compare)
+    off = points(only(entity.lines))[:, :2] - row.position
+    compare("/scene: ellipse of 95 %", CHI_SQUARE_95, np.einsum("ni,ij,nj->n", off, np.linalg.inv(row.p_position), off),
+            tolerance=1e-8)
+    told = {pair.key: pair.value for pair in entity.metadata}
+    compare("/scene: words about a track that differ", 0, told["place"] != row.place or told["status"] != row.status)
+    for name in ["group", "to_group"]:
+        compare(f"/scene: {name} of a track", getattr(row, name), float(told[name]) if name in told else None)
+
+
+def check_group(entity, row, _, compare):
+    circle = points(only(entity.lines))
+    compare("/scene: orbit, radius", row.standoff_distance_m, np.hypot(*(circle[:, :2] - row.position).T))
+    compare("/scene: orbit, altitude", row.altitude_m, circle[:, 2])
+
+
+SHAPES = {"uav": check_uav, "truth": check_truth, "track": check_track, "group": check_group}
+
+
+def check_log(topics, record, compare):
+    entries = topics.pop("/log", {})
+    check_times("/log", record.events, entries, compare)
+    for time, events in record.events.items():
+        compare("/log: number of events", len(events), len(entries[time]))
+        for event, entry in zip(events, entries[time]):
+            differs = entry.name != event.kind or not entry.message.endswith(event.reason)
+            compare("/log: events that differ", 0, differs or seconds(entry.timestamp) != time / 1e6)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
