@@ -21,41 +21,49 @@ impl Angle {
     pub const ZERO: Self = Self(0.0);
 
     /// Wraps any finite number of radians.
+    #[inline]
     pub fn from_rad(rad: f64) -> Self {
         Self(wrap_rad(rad))
     }
 
     /// Wraps any finite number of degrees.
+    #[inline]
     pub fn from_deg(deg: f64) -> Self {
         Self::from_rad(deg.to_radians())
     }
 
     /// Radians in (-pi, pi].
+    #[inline]
     pub fn rad(self) -> f64 {
         self.0
     }
 
     /// Degrees in (-180, 180].
+    #[inline]
     pub fn deg(self) -> f64 {
         self.0.to_degrees()
     }
 
     /// Size of the angle, radians in [0, pi].
+    #[inline]
     pub fn abs_rad(self) -> f64 {
         self.0.abs()
     }
 
     /// Cosine.
+    #[inline]
     pub fn cos(self) -> f64 {
         math::cos(self.0)
     }
 
     /// Sine.
+    #[inline]
     pub fn sin(self) -> f64 {
         math::sin(self.0)
     }
 
     /// Sine and cosine.
+    #[inline]
     pub fn sin_cos(self) -> (f64, f64) {
         math::sin_cos(self.0)
     }
@@ -63,6 +71,7 @@ impl Angle {
 
 impl Add for Angle {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self::from_rad(self.0 + other.0)
     }
@@ -70,6 +79,7 @@ impl Add for Angle {
 
 impl Sub for Angle {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self::from_rad(self.0 - other.0)
     }
@@ -77,15 +87,19 @@ impl Sub for Angle {
 
 impl Neg for Angle {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self::from_rad(-self.0)
     }
 }
 
+#[inline]
 fn wrap_rad(rad: f64) -> f64 {
-    if rad > -PI && rad <= PI {
-        return rad;
-    }
+    if rad > -PI && rad <= PI { rad } else { turned_back(rad) }
+}
+
+/// Wrapped, where it is not in range already.
+fn turned_back(rad: f64) -> f64 {
     let turned = rad % TAU;
     if turned <= -PI {
         turned + TAU
