@@ -115,13 +115,6 @@ fn track(known: &Known) -> Option<TrackRow> {
         Status::Lost(_) => return None,
     };
     let estimate = known.track.estimate();
-    let (mut covariance, mut place) = ([0.0; 21], 0);
-    for row in 0..6 {
-        for column in row..6 {
-            covariance[place] = estimate.covariance[(row, column)];
-            place += 1;
-        }
-    }
     let state = estimate.state.0.into();
     Some(TrackRow {
         target: known.track.target.0,
@@ -135,6 +128,6 @@ fn track(known: &Known) -> Option<TrackRow> {
         group: known.group().map(|group| group.0),
         to_group: known.receiving_group().map(|group| group.0),
         state,
-        covariance,
+        covariance: estimate.covariance.upper_triangle(),
     })
 }

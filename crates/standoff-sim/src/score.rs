@@ -9,7 +9,7 @@ mod surprise;
 use std::collections::BTreeMap;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::{Angle, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams, math};
+use standoff::{Angle, Covariance, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams, math};
 
 use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::scenario::{CueError, Noise, Settings};
@@ -377,7 +377,7 @@ fn phase_error_deg(phases: &[Angle], separation_rad: f64) -> Option<f64> {
 /// Normalised estimation error squared over the size of the state: all six states where the truth knows the
 /// acceleration, else position and velocity.
 fn nees_per_state(track: &TrackRow, truth: &TruthRow) -> Option<f64> {
-    let covariance = covariance(track);
+    let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
     let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
     let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
     if let (Some(true_ax), Some(true_ay)) = (truth.ax_m_s2, truth.ay_m_s2) {
@@ -392,19 +392,6 @@ fn nees_per_state(track: &TrackRow, truth: &TruthRow) -> Option<f64> {
 fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64, N, N>) -> Option<f64> {
     let cholesky = nalgebra::Cholesky::new(*covariance)?;
     Some(error.dot(&cholesky.solve(error)) / N as f64)
-}
-
-fn covariance(track: &TrackRow) -> SMatrix<f64, 6, 6> {
-    let mut upper = track.covariance.iter();
-    let mut full = SMatrix::zeros();
-    for row in 0..6 {
-        for column in row..6 {
-            let value = upper.next().copied().unwrap_or_default();
-            full[(row, column)] = value;
-            full[(column, row)] = value;
-        }
-    }
-    full
 }
 
 fn at(uav: &UavRow) -> Position {

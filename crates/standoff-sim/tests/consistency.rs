@@ -5,11 +5,11 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::{Matrix6, Vector2, Vector6};
+use nalgebra::{Vector2, Vector6};
 use standoff::sensor::{jacobian, measure};
 use standoff::{
-    Angle, Contribution, Displacement, Duration, Estimate, InformationFilter, Position, RangeBearing, SensorParams,
-    TargetParams, TargetState, Velocity,
+    Angle, Contribution, Covariance, Displacement, Duration, Estimate, InformationFilter, Position, RangeBearing,
+    SensorParams, TargetParams, TargetState, Velocity,
 };
 use standoff_sim::draws::{Draws, Stream};
 use standoff_sim::run::{Mission, fly};
@@ -155,7 +155,7 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
     (first[2], first[5]) = (0.0, 0.0);
     let mut filter = InformationFilter::new(Estimate {
         state: TargetState(first),
-        covariance: Matrix6::from_diagonal(&cue.component_mul(&cue)),
+        covariance: Covariance::from_diagonal(cue.component_mul(&cue).into()),
     })
     .unwrap();
     let (mut before, mut nees) = (None, 0.0);
@@ -184,7 +184,7 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
         filter.update(&sum);
 
         let error = filter.estimate().state.0 - truth.0;
-        nees += error.dot(&filter.estimate().covariance.cholesky().unwrap().solve(&error)) / 6.0;
+        nees += error.dot(&filter.estimate().covariance.matrix().cholesky().unwrap().solve(&error)) / 6.0;
     }
     nees / 200.0
 }

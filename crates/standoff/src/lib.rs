@@ -14,6 +14,7 @@
 pub mod agent;
 pub mod angle;
 pub mod coordination;
+pub mod covariance;
 pub mod estimation;
 pub mod fleet;
 pub mod frame;
@@ -37,6 +38,7 @@ pub use coordination::event::{Event, EventKind};
 pub use coordination::group::{CentreEstimate, Group, GroupId, GroupParams, Margin, OnMembershipChange};
 pub use coordination::handoff::Handoff;
 pub use coordination::membership::{Known, Membership};
+pub use covariance::Covariance;
 pub use estimation::information_filter::{Contribution, Estimate, InformationFilter};
 pub use estimation::track::{LossReason, Track, TrackParams, TrackStatus};
 pub use fleet::Fleet;

@@ -10,8 +10,11 @@
 //! it is the exact one for white jerk of density 2 a sigma_a^2, Q = 2 a sigma_a^2 int_0^T g(s) g(s)' ds with g the
 //! third column of F_1.
 
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use core::ops::{Add, Mul};
 
+use nalgebra::{Matrix3, Vector6};
+
+use crate::covariance::{Covariance, OWN};
 use crate::frame::{Position, Velocity};
 use crate::math;
 use crate::param::{Allowed, ParamError};
@@ -26,9 +29,6 @@ pub struct TargetId(pub u32);
 /// The order inside is `[x, vx, ax, y, vy, ay]`: two blocks of three, one per axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TargetState(pub Vector6<f64>);
-
-/// Where the two position components stand in the state.
-pub(crate) const POSITION: [usize; 2] = [0, 3];
 
 impl TargetState {
     /// From position, velocity and acceleration east and north, m/s2.
@@ -45,7 +45,7 @@ impl TargetState {
 
     /// Position in the world frame.
     pub fn position(&self) -> Position {
-        Position::from_m(self.0[POSITION[0]], self.0[POSITION[1]])
+        Position::from_m(self.0[0], self.0[3])
     }
 
     /// Velocity in the world frame.
@@ -109,10 +109,13 @@ pub struct Transition {
 
 impl Transition {
     /// F_1 times a position, velocity and acceleration.
-    fn moved(&self, [x, v, u]: [f64; 3]) -> [f64; 3] {
+    fn moved<T>(&self, [x, v, u]: [T; 3]) -> [T; 3]
+    where
+        T: Copy + Add<Output = T> + Mul<f64, Output = T>,
+    {
         // F_1 is zero below its diagonal and one on it but for the last place: few products are left.
         let (t, a, b, c) = (self.f[(0, 1)], self.f[(0, 2)], self.f[(1, 2)], self.f[(2, 2)]);
-        [x + t * v + a * u, v + b * u, c * u]
+        [x + v * t + u * a, v + u * b, u * c]
     }
 
     /// The state after the step, without noise.
@@ -124,25 +127,20 @@ impl Transition {
         TargetState(Vector6::new(x, vx, ax, y, vy, ay))
     }
 
-    /// Makes P F P F' + Q, symmetric to the bit.
-    pub fn predict_covariance(&self, p: &mut Matrix6<f64>) {
-        // Three rows and columns of F P F', by columns.
-        let block = |row: usize, column: usize| -> [[f64; 3]; 3] {
-            let of_row = |i| self.moved([p[(row + i, column)], p[(row + i, column + 1)], p[(row + i, column + 2)]]);
-            let rows = [of_row(0), of_row(1), of_row(2)];
-            let of_column = |j: usize| self.moved([rows[0][j], rows[1][j], rows[2][j]]);
-            [of_column(0), of_column(1), of_column(2)]
-        };
-        let (east, across, north) = (block(0, 0), block(0, 3), block(3, 3));
-        for column in 0..3 {
-            for row in 0..3 {
-                // One triangle speaks for both.
-                let (first, last) = (row.min(column), row.max(column));
-                let noise = self.q[(first, last)];
-                p[(row, column)] = east[last][first] + noise;
-                p[(3 + row, 3 + column)] = north[last][first] + noise;
-                p[(row, 3 + column)] = across[column][row];
-                p[(3 + column, row)] = across[column][row];
+    /// Makes P F P F' + Q.
+    pub fn predict_covariance(&self, p: &mut Covariance) {
+        // The rows of P F', then the columns of F times that.
+        let [xx, xv, xa, vv, va, aa] = p.own;
+        let rows = [[xx, xv, xa], [xv, vv, va], [xa, va, aa]].map(|row| self.moved(row));
+        let own = [0, 1, 2].map(|column| self.moved(rows.map(|row| row[column])));
+        let rows = p.across.map(|row| self.moved(row));
+        let across = [0, 1, 2].map(|column| self.moved(rows.map(|row| row[column])));
+        for row in 0..3 {
+            for column in 0..3 {
+                p.across[row][column] = across[column][row];
+            }
+            for column in row..3 {
+                p.own[OWN[row][column]] = own[column][row].add_scalar(self.q[(row, column)]);
             }
         }
     }
@@ -238,6 +236,7 @@ fn noise_integral(alpha: f64, t: f64) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Matrix6;
 
     fn model(alpha: f64, sd: f64) -> TargetParams {
         TargetParams { correlation_rate_1_s: alpha, acceleration_sd_m_s2: sd }
@@ -321,9 +320,8 @@ mod tests {
             q6.fixed_view_mut::<3, 3>(block, block).copy_from(&t.q);
         }
         let expected = f6 * p * f6.transpose() + q6;
-        let mut got = p;
+        let mut got = Covariance::from(&p);
         t.predict_covariance(&mut got);
-        assert!((got - expected).norm() < 1e-12 * expected.norm());
-        assert_eq!(got, got.transpose());
+        assert!((got.matrix() - expected).norm() < 1e-12 * expected.norm());
     }
 }

@@ -165,7 +165,7 @@ proptest! {
             prop_assert!(command.turn_rate_rad_s.abs() <= 0.3, "{command:?}");
             for known in &agent.picture().known {
                 prop_assert!(known.track.estimate().state.0.iter().all(|value| value.is_finite()));
-                prop_assert!(known.track.estimate().covariance.iter().all(|value| value.is_finite()));
+                prop_assert!(known.track.estimate().covariance.matrix().iter().all(|value| value.is_finite()));
             }
         }
     }

@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
-use standoff::{Duration, Position, SensorParams, Transition};
+use standoff::{Covariance, Duration, Position, SensorParams, Transition};
 
 use super::{Mean, Rules, at, position, track_of, truth_of};
 use crate::record::{Frame, TrackRow, TruthRow};
@@ -61,9 +61,9 @@ impl Bound {
         for truth in &frame.truth {
             let before = self.covariances.get(&truth.target);
             let prior = before.map_or(self.cue, |before| {
-                let mut covariance = *before;
+                let mut covariance = Covariance::from(before);
                 self.transition.predict_covariance(&mut covariance);
-                covariance
+                covariance.matrix()
             });
             let covariance = told.get(&truth.target).map_or(prior, |information| informed(&prior, information));
             self.covariances.insert(truth.target, covariance);

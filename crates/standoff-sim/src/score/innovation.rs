@@ -13,9 +13,9 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector2};
-use standoff::{Angle, Duration, Position, RangeBearing, SensorParams, TargetState, Transition, sensor};
+use standoff::{Angle, Covariance, Duration, Position, RangeBearing, SensorParams, TargetState, Transition, sensor};
 
-use super::{Rules, at, covariance};
+use super::{Rules, at};
 use crate::record::{Frame, TrackRow};
 
 /// Normalised innovations squared of a run.
@@ -82,11 +82,11 @@ struct Foretold {
 
 impl Foretold {
     fn of(track: &TrackRow, transition: &Transition) -> Self {
-        let mut p = covariance(track);
+        let mut p = Covariance::from_upper_triangle(&track.covariance);
         transition.predict_covariance(&mut p);
         Self {
             position: transition.predict(&TargetState(track.state.into())).position(),
-            covariance: Matrix2::new(p[(0, 0)], p[(0, 3)], p[(3, 0)], p[(3, 3)]),
+            covariance: p.position(),
             square: 0.0,
             vector: Vector2::zeros(),
             information: Matrix2::zeros(),

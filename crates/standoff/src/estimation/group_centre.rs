@@ -4,8 +4,9 @@
 //! the members' position covariances over n^2. The filter filters what is already filtered, so its own covariance is
 //! too small to take a margin from.
 
-use nalgebra::{Matrix2, Matrix6, Vector6};
+use nalgebra::{Matrix2, Vector6};
 
+use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter};
 use crate::frame::Position;
 use crate::target::{TargetState, Transition};
@@ -22,7 +23,7 @@ pub struct Centroid {
 impl Centroid {
     /// Averages; `None` for no members.
     pub fn of<'a>(members: impl Iterator<Item = &'a Estimate>) -> Option<Self> {
-        let (mut sum, mut covariance, mut n) = (Vector6::zeros(), Matrix6::zeros(), 0u32);
+        let (mut sum, mut covariance, mut n) = (Vector6::zeros(), Covariance::default(), 0u32);
         for member in members {
             sum += member.state.0;
             covariance += member.covariance;
@@ -116,7 +117,7 @@ mod tests {
     fn member(x_m: f64, y_m: f64, variance: f64) -> Estimate {
         Estimate {
             state: TargetState::new(Position::from_m(x_m, y_m), Velocity::from_m_s(2.0, 0.0), [0.0, 0.0]),
-            covariance: Matrix6::from_diagonal(&Vector6::new(variance, 1.0, 0.1, variance, 1.0, 0.1)),
+            covariance: Covariance::from_diagonal([variance, 1.0, 0.1, variance, 1.0, 0.1]),
         }
     }
 

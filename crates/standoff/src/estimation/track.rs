@@ -4,8 +4,7 @@
 //! target model when none does. It is lost when it has grown too wide to be found, or when it stays unseen where it
 //! should be in plain view. A lost track is frozen until a measurement or a cue starts it again.
 
-use nalgebra::{Matrix6, Vector6};
-
+use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter};
 use crate::frame::{Position, Velocity};
 use crate::message::Cue;
@@ -110,11 +109,7 @@ impl Track {
         let velocity_variance = params.start_velocity_sd_m_s * params.start_velocity_sd_m_s;
         let start = start_filter(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
         let mut estimate = *start.estimate();
-        for (i, row) in [0, 3].into_iter().enumerate() {
-            for (j, column) in [0, 3].into_iter().enumerate() {
-                estimate.covariance[(row, column)] = covariance[(i.min(j), i.max(j))];
-            }
-        }
+        estimate.covariance = estimate.covariance.with_position(&covariance);
         let mut filter = InformationFilter::new(estimate)?;
         filter.update(&fused(&params.sensor, others, position));
         let track = Self { target, status: TrackStatus::Held, filter, missed: Duration::ZERO };
@@ -199,7 +194,7 @@ fn start_filter(
     let axis = [position_variance, velocity_variance, sd * sd];
     InformationFilter::new(Estimate {
         state: TargetState::new(position, velocity, [0.0, 0.0]),
-        covariance: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| axis[i % 3])),
+        covariance: Covariance::from_diagonal(core::array::from_fn(|i| axis[i % 3])),
     })
 }
 

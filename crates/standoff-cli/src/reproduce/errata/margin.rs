@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Matrix6;
 use standoff::estimation::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
-use standoff::{Estimate as Track, TargetState, Transition};
+use standoff::{Covariance, Estimate as Track, TargetState, Transition};
 use standoff_sim::record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;
 
@@ -145,14 +144,7 @@ fn of_group<'a>(frame: &'a Frame, group: &GroupRow) -> impl Iterator<Item = &'a 
 }
 
 fn estimate(track: &TrackRow) -> Track {
-    let mut covariance = Matrix6::zeros();
-    let mut upper = track.covariance.iter();
-    for row in 0..6 {
-        for column in row..6 {
-            let entry = upper.next().copied().unwrap_or_default();
-            (covariance[(row, column)], covariance[(column, row)]) = (entry, entry);
-        }
-    }
+    let covariance = Covariance::from_upper_triangle(&track.covariance);
     Track { state: TargetState(track.state.into()), covariance }
 }
 

@@ -1,0 +1,126 @@
+//! The covariance of a target's state, held once: what has one triangle cannot lose its symmetry.
+
+use core::ops::{AddAssign, Mul};
+
+use nalgebra::{Matrix2, Matrix6, Vector2};
+
+/// Covariance P of a state `[x, vx, ax, y, vy, ay]`: 21 numbers speak for 36.
+///
+/// Both axes have the same model, so what east and north have alike stands side by side and is worked on at once.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Covariance {
+    /// Of east with east, and of north with north: the upper triangle of each, row by row.
+    pub(crate) own: [Vector2<f64>; 6],
+    /// Of east (rows) with north (columns).
+    pub(crate) across: [[f64; 3]; 3],
+}
+
+/// Where a row and a column of one axis stand in [`Covariance::own`].
+pub(crate) const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+
+impl Covariance {
+    /// Of independent components with these variances.
+    pub fn from_diagonal(variances: [f64; 6]) -> Self {
+        Self::from(&Matrix6::from_diagonal(&variances.into()))
+    }
+
+    /// From the upper triangle, row by row.
+    pub fn from_upper_triangle(upper: &[f64; 21]) -> Self {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = *upper;
+        Self {
+            own: [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]].map(Vector2::from),
+            across: [[d, e, f], [i, j, k], [m, n, o]],
+        }
+    }
+
+    /// The upper triangle, row by row.
+    pub fn upper_triangle(&self) -> [f64; 21] {
+        let [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]] = self.own.map(<[f64; 2]>::from);
+        let [[d, e, f], [i, j, k], [m, n, o]] = self.across;
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u]
+    }
+
+    /// As a matrix.
+    pub fn matrix(&self) -> Matrix6<f64> {
+        let mut upper = self.upper_triangle().into_iter();
+        let mut matrix = Matrix6::zeros();
+        for row in 0..6 {
+            for (column, value) in (row..6).zip(upper.by_ref()) {
+                matrix[(row, column)] = value;
+                matrix[(column, row)] = value;
+            }
+        }
+        matrix
+    }
+
+    /// Of the position, m2.
+    pub fn position(&self) -> Matrix2<f64> {
+        let across = self.across[0][0];
+        Matrix2::new(self.own[0].x, across, across, self.own[0].y)
+    }
+
+    /// The same with another covariance of the position, of which the upper triangle counts.
+    pub(crate) fn with_position(mut self, position: &Matrix2<f64>) -> Self {
+        self.own[0] = position.diagonal();
+        self.across[0][0] = position[(0, 1)];
+        self
+    }
+}
+
+/// The upper triangle counts.
+impl From<&Matrix6<f64>> for Covariance {
+    fn from(matrix: &Matrix6<f64>) -> Self {
+        let mut upper = [0.0; 21];
+        let places = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+        for (value, place) in upper.iter_mut().zip(places) {
+            *value = matrix[place];
+        }
+        Self::from_upper_triangle(&upper)
+    }
+}
+
+impl AddAssign for Covariance {
+    fn add_assign(&mut self, other: Self) {
+        for (own, other) in self.own.iter_mut().zip(other.own) {
+            *own += other;
+        }
+        for (across, other) in self.across.as_flattened_mut().iter_mut().zip(other.across.as_flattened()) {
+            *across += other;
+        }
+    }
+}
+
+impl Mul<f64> for Covariance {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self { own: self.own.map(|own| own * factor), across: self.across.map(|row| row.map(|value| value * factor)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle, a matrix and the parts of both say the same.
+    #[test]
+    fn a_triangle_speaks_for_the_whole_matrix() {
+        let upper: [f64; 21] = core::array::from_fn(|i| i as f64);
+        let covariance = Covariance::from_upper_triangle(&upper);
+        assert_eq!(covariance.upper_triangle(), upper);
+        let matrix = covariance.matrix();
+        assert_eq!(matrix, matrix.transpose());
+        assert_eq!((matrix[(0, 5)], matrix[(1, 1)], matrix[(2, 4)], matrix[(5, 3)]), (5.0, 6.0, 13.0, 17.0));
+        assert_eq!(Covariance::from(&matrix), covariance);
+        assert_eq!(covariance.position(), Matrix2::new(0.0, 3.0, 3.0, 15.0));
+        let diagonal = Covariance::from_diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).matrix();
+        assert_eq!(diagonal, Matrix6::from_diagonal(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into()));
+    }
+
+    #[test]
+    fn sums_and_multiples_are_those_of_the_matrices() {
+        let covariance = Covariance::from_upper_triangle(&core::array::from_fn(|i| (i * i) as f64));
+        let mut sum = covariance;
+        sum += covariance * 2.0;
+        assert_eq!(sum.matrix(), covariance.matrix() * 3.0);
+    }
+}
