@@ -18,11 +18,23 @@ pub fn cos(x: f64) -> f64 {
 
 /// Sine and cosine of an angle in radians.
 pub fn sin_cos(x: f64) -> (f64, f64) {
+    if has_usual_size(x) { usual_sin_cos(x) } else { (libm::sin(x), libm::cos(x)) }
+}
+
+/// Sines and cosines of several angles in radians: the same as one by one, in less time.
+pub fn sin_cos_each<const N: usize>(x: [f64; N]) -> [(f64, f64); N] {
+    // Without a branch between them, they are worked on side by side.
+    let are_usual = x.iter().fold(true, |all, x| all & has_usual_size(*x));
+    if are_usual { x.map(usual_sin_cos) } else { x.map(sin_cos) }
+}
+
+fn has_usual_size(x: f64) -> bool {
     // What is not a number is not usual.
-    let is_usual = x.abs() < 1e5;
-    if !is_usual {
-        return (libm::sin(x), libm::cos(x));
-    }
+    x.abs() < 1e5
+}
+
+#[inline]
+fn usual_sin_cos(x: f64) -> (f64, f64) {
     let (quarter, quarters) = nearest_whole(x * FRAC_2_PI);
     // A quarter turn in three parts: the products with the first two are exact.
     const QUARTER_TURN: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
@@ -30,8 +42,11 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     let s = r * r;
     let sin = r + r * s * series(s, &SIN);
     let cos = 1.0 - s * (0.5 - s * series(s, &COS));
-    let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, -sin) };
-    if quarter & 2 == 0 { (sin, cos) } else { (-sin, -cos) }
+    // At odd quarters they change places, and two bits hold the signs.
+    let swapped = (sin.to_bits() ^ cos.to_bits()) & (quarter & 1).wrapping_neg();
+    let sin_sign = (quarter & 2) << 62;
+    let cos_sign = (quarter.wrapping_add(1) & 2) << 62;
+    (f64::from_bits(sin.to_bits() ^ swapped ^ sin_sign), f64::from_bits(cos.to_bits() ^ swapped ^ cos_sign))
 }
 
 /// Four-quadrant arc tangent of `y / x`, radians in [-pi, pi]; zero for (0, 0).
@@ -46,7 +61,7 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     let tan = sixteenths / 16.0;
     let t = (short - tan * long) / (long + tan * short);
     let s = t * t;
-    let from_long = ARCS[(sixteenth & 31).min(16)] + (t + t * s * series(s, &ATAN));
+    let from_long = ARCS[((sixteenth & 31) as usize).min(16)] + (t + t * s * series(s, &ATAN));
     let from_x = if x.abs() < y.abs() { FRAC_PI_2 - from_long } else { from_long };
     let angle = if x < 0.0 { PI - from_x } else { from_x };
     angle.copysign(y)
@@ -69,12 +84,12 @@ pub fn hypot(x: f64, y: f64) -> f64 {
     if 1e-280 < sum && sum < 1e300 { sum.sqrt() } else { libm::hypot(x, y) }
 }
 
-/// The nearest whole number of one that is not large, and the last bits of it.
-fn nearest_whole(x: f64) -> (usize, f64) {
+/// The nearest whole number of one that is not large; the last bits of the first answer are its own.
+fn nearest_whole(x: f64) -> (u64, f64) {
     // Where a double's last place is one, adding rounds.
     const SHIFT: f64 = 1.5 / f64::EPSILON;
     let shifted = x + SHIFT;
-    ((shifted.to_bits() & 0xff) as usize, shifted - SHIFT)
+    (shifted.to_bits(), shifted - SHIFT)
 }
 
 /// The sum of coefficients times powers of `s`, by pairs, so that not every sum has to wait for the one before.

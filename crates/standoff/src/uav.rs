@@ -159,11 +159,11 @@ impl UavParams {
         let lag_s = self.speed_lag_s.min(self.turn_rate_lag_s);
         let pieces = (0.5 * dt_s / lag_s).ceil().clamp(1.0, 1000.0);
         let piece_s = dt_s / pieces;
-        let nodes = (0..pieces as u32).flat_map(|piece| {
+        let pieces = (0..pieces as u32).map(|piece| {
             GAUSS_LEGENDRE
                 .map(|(node, weight)| (0.5 * weight * piece_s, after((f64::from(piece) + 0.5 + 0.5 * node) * piece_s)))
         });
-        Response { params: *self, nodes: nodes.collect(), end: after(dt_s) }
+        Response { params: *self, pieces: pieces.collect(), end: after(dt_s) }
     }
 
     /// Largest modulus of the sampled heading loop's eigenvalues under u_omega = -k_omega psi; the loop is stable
@@ -190,8 +190,8 @@ impl UavParams {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     params: UavParams,
-    /// Weights, s, and instants of a quadrature over the time.
-    nodes: Vec<(f64, Instant)>,
+    /// Weights, s, and instants of a quadrature over each piece of the time.
+    pieces: Vec<[(f64, Instant); GAUSS_LEGENDRE.len()]>,
     end: Instant,
 }
 
@@ -223,11 +223,13 @@ impl Response {
             |at: &Instant| state.heading.rad() + command.turn_rate_rad_s * at.t_s + turn_excess * at.lagged_s;
         let speed_m_s = |at: &Instant| command.speed_m_s + speed_excess * at.speed_decay;
         let (mut x_m, mut y_m) = (0.0, 0.0);
-        for (weight_s, at) in &self.nodes {
-            let (sin, cos) = math::sin_cos(heading_rad(at));
-            let way_m = weight_s * speed_m_s(at);
-            x_m += way_m * cos;
-            y_m += way_m * sin;
+        for piece in &self.pieces {
+            let directions = math::sin_cos_each(piece.map(|(_, at)| heading_rad(&at)));
+            for ((weight_s, at), (sin, cos)) in piece.iter().zip(directions) {
+                let way_m = weight_s * speed_m_s(at);
+                x_m += way_m * cos;
+                y_m += way_m * sin;
+            }
         }
         UavState {
             position: state.position + Displacement::from_m(x_m, y_m),
