@@ -1,6 +1,6 @@
 //! The truth: where every target really is. Only sensors, cues and the record's truth table see it.
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector6};
 use standoff::{Position, TargetId, TargetState, Time, Transition, Velocity};
 
 use crate::draws::{Draws, Stream};
@@ -85,8 +85,8 @@ impl<'a> World<'a> {
         let Random { states, transition, noise_factor, .. } = &mut **random;
         for (index, state) in states.iter_mut().enumerate() {
             let [a, b, c, d, e, f] = self.draws.at(Stream::TargetMotion, index as u64, self.tick).normals();
-            let (east, north) = (*noise_factor * Vector3::new(a, b, c), *noise_factor * Vector3::new(d, e, f));
-            let noise = Vector6::new(east.x, east.y, east.z, north.x, north.y, north.z);
+            let ([x, vx, ax], [y, vy, ay]) = (shaped(noise_factor, [a, b, c]), shaped(noise_factor, [d, e, f]));
+            let noise = Vector6::new(x, vx, ax, y, vy, ay);
             *state = TargetState(transition.predict(state).0 + noise);
         }
     }
@@ -98,6 +98,12 @@ impl<'a> World<'a> {
             Targets::Traffic(traffic) => traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect(),
         }
     }
+}
+
+/// A lower triangle times three normals.
+fn shaped(factor: &Matrix3<f64>, [a, b, c]: [f64; 3]) -> [f64; 3] {
+    let l = |row, column| factor[(row, column)];
+    [l(0, 0) * a, l(1, 0) * a + l(1, 1) * b, l(2, 0) * a + l(2, 1) * b + l(2, 2) * c]
 }
 
 /// Where a manoeuvre has brought a target by `now_s`: the integral of its acceleration adds to the random motion.

@@ -93,10 +93,12 @@ impl SensorParams {
 
     /// R^-1.
     pub fn noise_information(&self) -> Matrix2<f64> {
-        Matrix2::from_diagonal(&Vector2::new(
-            1.0 / (self.range_sd_m * self.range_sd_m),
-            1.0 / (self.bearing_sd_rad * self.bearing_sd_rad),
-        ))
+        Matrix2::from_diagonal(&self.noise_weights().into())
+    }
+
+    /// The diagonal of R^-1: of the range, 1/m2, and of the bearing, 1/rad2.
+    pub(crate) fn noise_weights(&self) -> [f64; 2] {
+        [1.0 / (self.range_sd_m * self.range_sd_m), 1.0 / (self.bearing_sd_rad * self.bearing_sd_rad)]
     }
 
     /// Where a single measurement puts the target, and the covariance of that position, m2.

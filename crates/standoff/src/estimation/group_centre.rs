@@ -7,7 +7,7 @@
 use nalgebra::{Matrix2, Vector6};
 
 use crate::covariance::Covariance;
-use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter};
+use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
 use crate::frame::Position;
 use crate::target::{TargetState, Transition};
 
@@ -104,7 +104,7 @@ impl GroupCentre {
 /// Implements Eq. (16).
 pub fn mahalanobis_squared(measured: Position, predicted: Position, covariance: &Matrix2<f64>) -> f64 {
     let nu = (measured - predicted).vector();
-    covariance.cholesky().map_or(0.0, |cholesky| nu.dot(&cholesky.solve(&nu)))
+    inverse_2(covariance).map_or(0.0, |information| nu.dot(&(information * nu)))
 }
 
 #[cfg(test)]

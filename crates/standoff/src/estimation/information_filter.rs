@@ -34,15 +34,24 @@ impl Contribution {
     pub fn of_measurement(sensor: &SensorParams, uav: Position, z: &RangeBearing, predicted: Position) -> Contribution {
         let expected = sensor::measure(uav, predicted);
         let Some(h) = sensor::jacobian_at(expected.range_m, predicted - uav) else { return Contribution::default() };
-        let nu = Vector2::new(z.range_m - expected.range_m, (z.bearing - expected.bearing).rad());
-        let weighted = h.transpose() * sensor.noise_information();
-        Contribution { information: weighted * h, vector: weighted * (nu + h * predicted.vector()) }
+        let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
+        let mut sum = Contribution::default();
+        // R is diagonal: range and bearing tell one by one.
+        for (row, weight) in sensor.noise_weights().into_iter().enumerate() {
+            let (h_x, h_y) = (h[(row, 0)], h[(row, 1)]);
+            let (told_x, told_y) = (weight * h_x, weight * h_y);
+            let told = nu[row] + (h_x * predicted.x_m() + h_y * predicted.y_m());
+            sum += Contribution {
+                information: Matrix2::new(told_x * h_x, told_x * h_y, told_x * h_y, told_y * h_y),
+                vector: Vector2::new(told_x * told, told_y * told),
+            };
+        }
+        sum
     }
 
     /// What a directly measured position with covariance `covariance` (m2) says. Nothing if that is singular.
     pub fn of_position(position: Position, covariance: &Matrix2<f64>) -> Contribution {
-        let Some(cholesky) = covariance.cholesky() else { return Contribution::default() };
-        let information = cholesky.inverse();
+        let Some(information) = inverse_2(covariance) else { return Contribution::default() };
         Contribution { information, vector: information * position.vector() }
     }
 }
@@ -177,6 +186,13 @@ fn are_finite(values: &[f64]) -> bool {
     const ONE_IN_EXPONENT: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
     let carried = values.iter().fold(0, |any, value| any | (value.abs().to_bits() + ONE_IN_EXPONENT));
     carried >> 63 == 0
+}
+
+/// Inverse of a covariance of two, of which the upper triangle counts; `None` if it is not positive definite.
+pub(crate) fn inverse_2(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
+    let (a, b, d) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    let determinant = a * d - b * b;
+    (a > 0.0 && determinant > 0.0).then(|| Matrix2::new(d, -b, -b, a) / determinant)
 }
 
 /// Inverse of a symmetric positive definite matrix, symmetric to the bit; `None` if it is not that.
