@@ -131,7 +131,7 @@ pub struct Scorer {
     /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
     crew: Vec<Position>,
     members: Vec<Position>,
-    phases: Vec<Angle>,
+    from_centroid: Vec<Displacement>,
 }
 
 impl Scorer {
@@ -169,7 +169,7 @@ impl Scorer {
             known: Vec::new(),
             crew: Vec::new(),
             members: Vec::new(),
-            phases: Vec::new(),
+            from_centroid: Vec::new(),
         }
     }
 
@@ -301,9 +301,9 @@ impl Scorer {
                 self.standoff_settled.add(error_m);
             }
         }
-        self.phases.clear();
-        self.phases.extend(self.crew.iter().map(|uav| (*uav - centroid).direction()));
-        if let Some(error_deg) = phase_error_deg(&self.phases, self.rules.separation_rad) {
+        self.from_centroid.clear();
+        self.from_centroid.extend(self.crew.iter().map(|uav| *uav - centroid));
+        if let Some(error_deg) = phase_error_deg(&self.from_centroid, self.rules.separation_rad) {
             self.phase_deg.add(error_deg);
         }
     }
@@ -354,14 +354,18 @@ impl Scorer {
     }
 }
 
-/// Distance of the UAVs' phases from where they should be, degrees: a pair at the wanted separation either way round,
+/// Distance of the UAVs' phases about a centre from where they should be, degrees: a pair at the wanted separation either way round,
 /// more than two evenly spaced (averaged over the gaps). `None` for fewer than two.
-fn phase_error_deg(phases: &[Angle], separation_rad: f64) -> Option<f64> {
-    match phases {
+fn phase_error_deg(uavs_rel_centre: &[Displacement], separation_rad: f64) -> Option<f64> {
+    match uavs_rel_centre {
         [] | [_] => None,
-        [a, b] => Some(((*b - *a).abs_rad() - separation_rad).abs().to_degrees()),
+        [a, b] => {
+            let (a, b) = (a.vector(), b.vector());
+            let apart_rad = math::atan2(a.perp(&b).abs(), a.dot(&b));
+            Some((apart_rad - separation_rad).abs().to_degrees())
+        }
         _ => {
-            let mut around: Vec<f64> = phases.iter().map(|phase| phase.deg()).collect();
+            let mut around: Vec<f64> = uavs_rel_centre.iter().map(|uav| uav.direction().deg()).collect();
             around.sort_by(f64::total_cmp);
             let n = around.len();
             let even_deg = 360.0 / n as f64;

@@ -2,7 +2,8 @@
 
 use crate::agent::{Scan, Step};
 use crate::coordination::event::Event;
-use crate::message::{Cue, Report};
+use crate::inbox::Said;
+use crate::message::Cue;
 use crate::mind::Mind;
 use crate::param::ParamError;
 use crate::picture::Picture;
@@ -37,28 +38,12 @@ use crate::uav::{UavId, UavState};
 pub struct Fleet {
     mind: Mind,
     sequence: u32,
-    report: Report,
 }
 
 impl Fleet {
     /// A team; all that is out of range is reported at once.
     pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
-        let state = UavState {
-            heading: crate::Angle::ZERO,
-            position: crate::Position::ORIGIN,
-            speed_m_s: 0.0,
-            turn_rate_rad_s: 0.0,
-        };
-        let report = Report {
-            uav: UavId(0),
-            epoch: 0,
-            sequence: 0,
-            time: Time::START,
-            state,
-            boresight: None,
-            detections: Vec::new(),
-        };
-        Ok(Self { mind: Mind::new(params)?, sequence: 0, report })
+        Ok(Self { mind: Mind::new(params)?, sequence: 0 })
     }
 
     /// Takes in everything that is said at an instant: the state and scan of each UAV that speaks, and the cues. Instants
@@ -72,12 +57,9 @@ impl Fleet {
         for (uav, state, scan) in uavs {
             // Who does not know where it is has nothing to say.
             if state.is_finite() {
-                let report = &mut self.report;
-                (report.uav, report.sequence, report.time) = (uav, self.sequence, now);
-                (report.state, report.boresight) = (*state, scan.boresight);
-                report.detections.clear();
-                report.detections.extend_from_slice(scan.detections);
-                self.mind.inbox.hear_report(report);
+                let (stamp, state) = ((0, self.sequence), *state);
+                let Scan { boresight, detections } = scan;
+                self.mind.inbox.hear_said(&Said { uav, stamp, time: now, state, boresight, detections });
             }
         }
         for cue in cues {

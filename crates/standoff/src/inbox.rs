@@ -4,7 +4,7 @@
 //! from another instant is refused and counted.
 
 use crate::angle::Angle;
-use crate::message::{Cue, Message, Report};
+use crate::message::{Cue, Detection, Message, Report};
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
@@ -31,6 +31,17 @@ struct Slot {
     report: Report,
     /// Epoch and sequence of the last report of an earlier instant.
     before: Option<(u32, u32)>,
+}
+
+/// A report as it is said, wherever it is kept.
+pub(crate) struct Said<'a> {
+    pub(crate) uav: UavId,
+    /// Epoch and sequence.
+    pub(crate) stamp: (u32, u32),
+    pub(crate) time: Time,
+    pub(crate) state: UavState,
+    pub(crate) boresight: Option<Angle>,
+    pub(crate) detections: &'a [Detection],
 }
 
 /// A teammate, carried on to now.
@@ -65,34 +76,36 @@ impl Inbox {
     }
 
     pub(crate) fn hear_report(&mut self, report: &Report) {
-        let sound = report.state.is_finite() && report.boresight.is_none_or(|angle| angle.rad().is_finite());
-        if report.time != self.now || !sound {
+        let Report { uav, epoch, sequence, time, state, boresight, ref detections } = *report;
+        self.hear_said(&Said { uav, stamp: (epoch, sequence), time, state, boresight, detections });
+    }
+
+    pub(crate) fn hear_said(&mut self, said: &Said) {
+        let sound = said.state.is_finite() && said.boresight.is_none_or(|angle| angle.rad().is_finite());
+        if said.time != self.now || !sound {
             self.refuse();
             return;
         }
-        let index = match self.slots.binary_search_by_key(&report.uav, |slot| slot.report.uav) {
+        let index = match self.slots.binary_search_by_key(&said.uav, |slot| slot.report.uav) {
             Ok(index) => index,
             Err(_) if self.slots.len() >= TEAM_MAX => return self.refuse(),
             Err(index) => {
-                // An instant in the past, so that the report below is taken as the first.
-                let report = Report { detections: Vec::new(), time: Time::from_us(i64::MIN), ..*report };
-                self.slots.insert(index, Slot { report, before: None });
+                self.slots.insert(index, Slot { report: said.unheard(), before: None });
                 index
             }
         };
         let slot = &mut self.slots[index];
-        let stamp = (report.epoch, report.sequence);
         if slot.report.time == self.now {
             // The same again changes nothing; another scan of the same instant is not to be had.
-            if stamp != (slot.report.epoch, slot.report.sequence) {
+            if said.stamp != (slot.report.epoch, slot.report.sequence) {
                 self.refuse();
             }
             return;
         }
-        if slot.before.is_some_and(|before| stamp <= before) {
+        if slot.before.is_some_and(|before| said.stamp <= before) {
             return self.refuse();
         }
-        copy_report(report, &mut slot.report);
+        said.copy_to(&mut slot.report);
     }
 
     pub(crate) fn hear_cue(&mut self, cue: &Cue) {
@@ -131,16 +144,26 @@ impl Inbox {
     }
 }
 
-/// Copies a report into an old one's place: sound detections only, by ascending target, no target twice.
-pub(crate) fn copy_report(from: &Report, to: &mut Report) {
-    let Report { uav, epoch, sequence, time, state, boresight, detections } = from;
-    (to.uav, to.epoch, to.sequence) = (*uav, *epoch, *sequence);
-    (to.time, to.state, to.boresight) = (*time, *state, *boresight);
-    to.detections.clear();
-    to.detections.extend(detections.iter().filter(|detection| detection.is_sound()));
-    if !to.detections.is_sorted_by(|a, b| a.target < b.target) {
-        to.detections.sort_by_key(|detection| detection.target);
-        to.detections.dedup_by_key(|detection| detection.target);
+impl Said<'_> {
+    /// A report in whose place this one is the first: of an instant in the past.
+    fn unheard(&self) -> Report {
+        let Said { uav, stamp: (epoch, sequence), state, boresight, .. } = *self;
+        Report { uav, epoch, sequence, time: Time::from_us(i64::MIN), state, boresight, detections: Vec::new() }
+    }
+
+    /// Copies it into an old report's place: sound detections only, by ascending target, no target twice.
+    fn copy_to(&self, to: &mut Report) {
+        (to.uav, (to.epoch, to.sequence)) = (self.uav, self.stamp);
+        (to.time, to.state, to.boresight) = (self.time, self.state, self.boresight);
+        to.detections.clear();
+        to.detections.extend_from_slice(self.detections);
+        if !to.detections.iter().all(Detection::is_sound) {
+            to.detections.retain(Detection::is_sound);
+        }
+        if !to.detections.is_sorted_by(|a, b| a.target < b.target) {
+            to.detections.sort_by_key(|detection| detection.target);
+            to.detections.dedup_by_key(|detection| detection.target);
+        }
     }
 }
 
@@ -148,7 +171,6 @@ pub(crate) fn copy_report(from: &Report, to: &mut Report) {
 mod tests {
     use super::*;
     use crate::frame::Position;
-    use crate::message::Detection;
     use crate::sensor::RangeBearing;
     use crate::target::TargetId;
     use crate::{Angle, Velocity};

@@ -5,7 +5,7 @@ use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::membership::OnDuty;
 use crate::frame::{Position, Velocity};
-use crate::guidance::heading::{Orbit, Steering, ground_speed_m_s, steer};
+use crate::guidance::heading::{Orbit, Steering, ground_speed_m_s, steer, steer_from};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::inbox::Inbox;
@@ -125,13 +125,13 @@ impl Mind {
     fn fly_orbit(&self, id: UavId, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
         let guidance = &self.params.guidance;
         let orbit = group.orbit(&self.params);
-        let phase = |position: Position| (position - orbit.centre).direction();
+        let phase = orbit.phase(own.position);
         let is_away = |position: Position| is_in_transit(position.distance_m(orbit.centre), orbit.distance_m);
         let others = self.teammates(id, group).filter(|mate| !is_away(mate.state.position));
-        let others = others.map(|mate| (mate.uav, phase(mate.state.position)));
+        let others = others.map(|mate| (mate.uav, orbit.phase(mate.state.position)));
         let error_rad = match is_away(own.position) {
             true => 0.0,
-            false => spacing_error_rad((id, phase(own.position)), others, guidance.separation_rad, guidance.sense),
+            false => spacing_error_rad((id, phase), others, guidance.separation_rad, guidance.sense),
         };
         let nominal_m_s = self.params.uav.speed_m_s;
         let centre_m_s = orbit.centre_velocity.speed_m_s();
@@ -140,7 +140,7 @@ impl Mind {
         let wanted_m_s = ground_speed_m_s(guidance, own, &orbit, wanted_m_s);
         // The field is flown at the speed that the limits leave, so that (25) and (29) hold for it.
         let flown = self.params.uav.limit(Command { speed_m_s: wanted_m_s, turn_rate_rad_s: 0.0 });
-        let steering = steer(guidance, own, &orbit, flown.command.speed_m_s);
+        let steering = steer_from(phase, guidance, own, &orbit, flown.command.speed_m_s);
         let wanted = Command { speed_m_s: wanted_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         (wanted, error_rad, Some(steering))
     }

@@ -57,6 +57,7 @@ pub(crate) struct Scratch {
     sightings: Vec<Sighting>,
     /// How many of them are of targets without a track.
     unknown: usize,
+    /// The sightings' looks, in the same order.
     looks: Vec<Look>,
     /// The team now, and whom each serves.
     pub(crate) on_duty: Vec<OnDuty>,
@@ -103,6 +104,8 @@ impl Picture {
         self.known.extend_from_slice(&previous.known);
         (self.next_group, self.next_review) = (previous.next_group, previous.next_review);
         gather_sightings(news.inbox, &mut scratch.sightings);
+        scratch.looks.clear();
+        scratch.looks.extend(scratch.sightings.iter().map(|sighting| sighting.look));
         self.take_cues(news, params, &mut scratch.events);
         self.advance_tracks(previous, news, params, scratch);
         self.start_unknown(params, scratch);
@@ -151,18 +154,19 @@ impl Picture {
             })
         };
         // Targets, sightings and the targets before come in the same order: walked side by side.
-        let (mut sightings, mut olds) = (scratch.sightings.as_slice(), previous.known.as_slice());
-        scratch.unknown = scratch.sightings.len();
+        let Scratch { sightings, looks, unknown, events, .. } = scratch;
+        let (mut sighted, mut olds) = (Sighted { sightings, looks }, previous.known.as_slice());
+        *unknown = sightings.len();
         for known in &mut self.known {
             let (target, status) = (known.track.target, known.track.status);
-            take_looks(target, &mut sightings, &mut scratch.looks);
-            scratch.unknown -= scratch.looks.len();
+            let looks = sighted.take(target);
+            *unknown -= looks.len();
             olds = &olds[olds.iter().take_while(|old| old.track.target < target).count()..];
             // A track that a cue has just started is at this instant already.
             let old = olds.first().filter(|old| old.track.target == target);
             let was_alive = old.is_some_and(|old| !old.track.is_lost());
             let step = if was_alive || known.track.is_lost() { news.transition } else { news.no_time };
-            known.track.advance(step, &scratch.looks, should_be_seen, &params.track);
+            known.track.advance(step, looks, should_be_seen, &params.track);
             let kind = match (status, known.track.status) {
                 (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,
                 (TrackStatus::Lost(_), _) => EventKind::Reacquired,
@@ -171,27 +175,27 @@ impl Picture {
                 _ => continue,
             };
             let event = Event::of_target(kind, target, known.group());
-            scratch.events.push(Event { to: known.receiving_group(), ..event });
+            events.push(Event { to: known.receiving_group(), ..event });
         }
     }
 
     /// Detections of targets that nobody handed over start tracks of their own.
     fn start_unknown(&mut self, params: &TeamParams, scratch: &mut Scratch) {
-        if scratch.unknown == 0 {
+        let Scratch { sightings, looks, unknown, events, .. } = scratch;
+        if *unknown == 0 {
             return;
         }
-        let (mut sightings, mut index) = (scratch.sightings.as_slice(), 0);
-        while let Some(sighting) = sightings.first() {
-            take_looks(sighting.target, &mut sightings, &mut scratch.looks);
+        let (mut sighted, mut index) = (Sighted { sightings, looks }, 0);
+        while let Some(Sighting { target, .. }) = sighted.sightings.first().copied() {
+            let looks = sighted.take(target);
             let later = self.known[index..].iter();
-            index += later.take_while(|known| known.track.target < sighting.target).count();
-            if self.known.get(index).is_some_and(|known| known.track.target == sighting.target) {
+            index += later.take_while(|known| known.track.target < target).count();
+            if self.known.get(index).is_some_and(|known| known.track.target == target) {
                 continue;
             }
-            let started = Track::from_looks(sighting.target, &scratch.looks, &params.track);
-            let Some(track) = started else { continue };
+            let Some(track) = Track::from_looks(target, looks, &params.track) else { continue };
             self.known.insert(index, Known::unassigned(track));
-            scratch.events.push(Event::of_target(EventKind::Acquired, sighting.target, None));
+            events.push(Event::of_target(EventKind::Acquired, target, None));
         }
     }
 
@@ -313,14 +317,22 @@ fn gather_sightings(inbox: &Inbox, sightings: &mut Vec<Sighting>) {
     }
 }
 
-/// Everything measured of one target at this instant, by ascending UAV. Leaves in `sightings` those of later targets.
-fn take_looks(target: TargetId, sightings: &mut &[Sighting], looks: &mut Vec<Look>) {
-    let earlier = sightings.iter().take_while(|sighting| sighting.target < target).count();
-    looks.clear();
-    looks.extend(
-        sightings[earlier..].iter().take_while(|sighting| sighting.target == target).map(|sighting| sighting.look),
-    );
-    *sightings = &sightings[earlier + looks.len()..];
+/// What was measured, target after target.
+struct Sighted<'a> {
+    sightings: &'a [Sighting],
+    looks: &'a [Look],
+}
+
+impl<'a> Sighted<'a> {
+    /// Everything measured of one target at this instant, by ascending UAV. Leaves those of later targets.
+    fn take(&mut self, target: TargetId) -> &'a [Look] {
+        let earlier = self.sightings.iter().take_while(|sighting| sighting.target < target).count();
+        let own = self.sightings[earlier..].iter().take_while(|sighting| sighting.target == target).count();
+        self.sightings = &self.sightings[earlier + own..];
+        let (taken, later) = self.looks.split_at(earlier + own);
+        self.looks = later;
+        &taken[earlier..]
+    }
 }
 
 /// The team: every UAV heard of late, and the group it served until now.

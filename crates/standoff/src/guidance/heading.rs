@@ -141,6 +141,11 @@ impl Orbit {
             steered,
         }
     }
+
+    /// Direction from the centre to a place.
+    pub(crate) fn phase(&self, place: Position) -> Angle {
+        (place - self.centre).direction()
+    }
 }
 
 /// What the law wants of one UAV, and what it looked at.
@@ -180,6 +185,17 @@ pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, 
 ///
 /// Implements Eq. (23), (24), (25).
 pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
+    steer_from(orbit.phase(uav.position), params, uav, orbit, speed_m_s)
+}
+
+/// The same for a UAV whose phase is known already.
+pub(crate) fn steer_from(
+    phase: Angle,
+    params: &GuidanceParams,
+    uav: &UavState,
+    orbit: &Orbit,
+    speed_m_s: f64,
+) -> Steering {
     let uav_rel_centre = uav.position - orbit.centre;
     let r_m = uav_rel_centre.length_m();
     let field = params.field(orbit);
@@ -215,7 +231,7 @@ pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: 
         desired_heading: flown.heading,
         feedforward_rad_s,
         centre_distance_m: r_m,
-        phase: uav_rel_centre.direction(),
+        phase,
         steered_distance_m: field.radius_m,
         convergence_threshold_m2_s: convergence_threshold_m2_s(
             r_m,
