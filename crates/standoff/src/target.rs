@@ -121,6 +121,7 @@ impl Transition {
     /// The state after the step, without noise.
     ///
     /// Implements Eq. (5).
+    #[inline]
     pub fn predict(&self, state: &TargetState) -> TargetState {
         let [x, vx, ax, y, vy, ay]: [f64; 6] = state.0.into();
         let ([x, vx, ax], [y, vy, ay]) = (self.moved([x, vx, ax]), self.moved([y, vy, ay]));

@@ -201,13 +201,14 @@ impl Group {
         let centroid = Centroid::of(members.clone().map(estimate))?;
         let is_unchanged = before.as_ref().is_some_and(|before| before.members.clone().eq(members.clone()));
         let carried = before.as_ref().and_then(|before| {
-            let shift = match params.on_membership_change {
+            let centre = before.group.centre;
+            let centre = match params.on_membership_change {
                 OnMembershipChange::Shift if !is_unchanged => {
-                    membership_shift(known, before.members.clone(), &centroid)
+                    centre.shifted(&membership_shift(known, before.members.clone(), &centroid))
                 }
-                _ => Vector6::zeros(),
+                _ => centre,
             };
-            before.group.centre.shifted(&shift).advance(transition, &centroid)
+            centre.advance(transition, &centroid)
         });
         let centre = match params.centre {
             CentreEstimate::Filtered => carried.or_else(|| GroupCentre::start(&centroid))?,

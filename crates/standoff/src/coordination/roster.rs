@@ -24,9 +24,16 @@ impl Roster {
 
     /// The places of a group's members among the known targets.
     pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
-        let start = self.entries.partition_point(|entry| entry.0 < group);
-        let length = self.entries[start..].partition_point(|entry| entry.0 == group);
-        self.entries[start..start + length].iter().map(|entry| entry.1)
+        // Often there is but one group.
+        let is_group = |entry: Option<&(GroupId, usize)>| entry.is_some_and(|entry| entry.0 == group);
+        let members = if is_group(self.entries.first()) && is_group(self.entries.last()) {
+            &self.entries[..]
+        } else {
+            let start = self.entries.partition_point(|entry| entry.0 < group);
+            let length = self.entries[start..].partition_point(|entry| entry.0 == group);
+            &self.entries[start..start + length]
+        };
+        members.iter().map(|entry| entry.1)
     }
 
     /// The groups that have members, ascending.

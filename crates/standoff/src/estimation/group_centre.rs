@@ -77,6 +77,7 @@ impl GroupCentre {
     ///
     /// Implements section II.C. The innovation's distance is Eq. (16) as printed: weighted with the predicted position covariance alone.
     #[must_use]
+    #[inline]
     pub fn advance(mut self, transition: &Transition, centroid: &Centroid) -> Option<Self> {
         self.filter.predict(transition);
         let measured = centroid.mean.state.position();
