@@ -14,7 +14,7 @@ use core::ops::{Add, Mul};
 
 use nalgebra::{Matrix3, Vector6};
 
-use crate::covariance::{Covariance, OWN};
+use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
 use crate::math;
 use crate::param::{Allowed, ParamError};
@@ -136,14 +136,9 @@ impl Transition {
         let own = [0, 1, 2].map(|column| self.moved(rows.map(|row| row[column])));
         let rows = p.across.map(|row| self.moved(row));
         let across = [0, 1, 2].map(|column| self.moved(rows.map(|row| row[column])));
-        for row in 0..3 {
-            for column in 0..3 {
-                p.across[row][column] = across[column][row];
-            }
-            for column in row..3 {
-                p.own[OWN[row][column]] = own[column][row].add_scalar(self.q[(row, column)]);
-            }
-        }
+        let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+        p.own = upper.map(|(row, column)| own[column][row].add_scalar(self.q[(row, column)]));
+        p.across = [0, 1, 2].map(|row| across.map(|column| column[row]));
     }
 
     /// A lower triangle L with L L' = Q of one axis: three standard normals times L are a draw of eta.
