@@ -1,6 +1,6 @@
 //! What the command line changes about a scenario: the same for every command that flies one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use standoff_sim::scenario::Edits;
@@ -26,6 +26,11 @@ impl Changes {
     /// They change nothing.
     pub(crate) fn is_empty(&self) -> bool {
         self.traffic.is_none() && self.uavs.is_none() && self.set.is_empty()
+    }
+
+    /// The traffic file, if they change nothing else; `None` if they do.
+    pub(crate) fn only_traffic(&self) -> Option<Option<&Path>> {
+        (self.uavs.is_none() && self.set.is_empty()).then_some(self.traffic.as_deref())
     }
 
     /// As the simulator takes them.

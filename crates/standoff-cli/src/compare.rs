@@ -1,11 +1,14 @@
 //! `standoff compare`: does a change help? Two scenarios on the same draws.
 
+use std::fs;
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use standoff_sim::monte_carlo::{Better, Comparison, compare, compare_results};
 use standoff_sim::scenario::{Template, built_in};
+use standoff_view::batch::Batch;
+use standoff_view::page;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
@@ -17,7 +20,8 @@ Examples:
   standoff compare paper/table-2-pair-basic paper/table-2-pair
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
   standoff compare paper/table-2-pair --set sensor.range_sd_m=20 --set-b guidance.radial_gain=1 --runs 1000 --json
-  standoff compare batch-1 batch-2                    two folders of standoff monte-carlo";
+  standoff compare batch-1 batch-2                    two folders of standoff monte-carlo
+  standoff compare batch-1 batch-2 --report ab.html   and a page to look at";
 
 /// What to compare with what.
 #[derive(Parser)]
@@ -42,6 +46,9 @@ pub(crate) struct Args {
     /// Number of threads [default: one per core]. The results are the same with any number.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
+    /// Write the comparison of two folders as a page to look at, in one file.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
@@ -52,6 +59,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Some(b) if is_batch(&args.a) && is_batch(b) => of_batches(args, b)?,
         None if args.set_b.is_empty() => {
             let what = "nothing to compare: name a second scenario, or change something with --set-b";
+            return Err(Failure::Input(what.to_owned()));
+        }
+        _ if args.report.is_some() => {
+            let what = "--report is for two folders: fly both with standoff monte-carlo, then compare these";
             return Err(Failure::Input(what.to_owned()));
         }
         b => of_scenarios(args, b.unwrap_or(&args.a))?,
@@ -69,7 +80,12 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
         let what = "the runs of a folder are flown already: nothing can be changed about them";
         return Err(Failure::Input(what.to_owned()));
     }
-    compare_results(Path::new(&args.a), Path::new(b)).map_err(failure)
+    let (a, b) = (Path::new(&args.a), Path::new(b));
+    if let Some(file) = &args.report {
+        let page = page::batch_report(&Batch::open(&[a, b]).map_err(failure)?).map_err(Failure::running)?;
+        fs::write(file, page).map_err(|reason| Failure::running(format!("{}: {reason}", file.display())))?;
+    }
+    compare_results(a, b).map_err(failure)
 }
 
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {

@@ -6,7 +6,7 @@ use clap::Parser;
 use standoff_sim::monte_carlo::merge;
 
 use crate::failure::Failure;
-use crate::monte_carlo::{failure, tell};
+use crate::monte_carlo::{failure, show, tell};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -31,5 +31,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    tell(&merge(&args.dirs, &args.out).map_err(failure)?, args.json)
+    let merged = merge(&args.dirs, &args.out).map_err(failure)?;
+    show(&merged)?;
+    tell(&merged, args.json)
 }

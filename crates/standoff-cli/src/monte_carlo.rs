@@ -3,6 +3,7 @@
 use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -13,6 +14,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::Template;
+use standoff_view::batch::Batch as Page;
+use standoff_view::page;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
@@ -60,6 +63,9 @@ pub(crate) struct Args {
 /// What is flown if nothing is named.
 const DEFAULT_SCENARIO: &str = "paper/table-2-pair";
 
+/// The page of a batch.
+const REPORT: &str = "report.html";
+
 /// How often progress is told where there is no terminal.
 const TELL_EVERY: Duration = Duration::from_secs(60);
 
@@ -75,12 +81,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let out = args.out.clone().unwrap_or_else(|| default_out(&template, &batch));
     let results = fly(&out, &template, &batch, args.threads)?;
+    show(&results)?;
     tell(&results, args.json)
 }
 
 /// An error with its exit status.
 pub(crate) fn failure(error: MonteCarloError) -> Failure {
     if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
+}
+
+/// Puts the page of a batch beside its results, if it is not there yet.
+pub(crate) fn show(results: &Results) -> Result<(), Failure> {
+    if results.dir().join(REPORT).is_file() {
+        return Ok(());
+    }
+    let shown = Page::of(slice::from_ref(results)).map_err(failure)?;
+    results.add(REPORT, &page::batch_report(&shown).map_err(Failure::running)?).map_err(failure)
 }
 
 /// Prints the statistics of a batch: for programs, or for people.

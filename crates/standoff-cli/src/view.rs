@@ -5,11 +5,14 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
+use standoff::ParamError;
+use standoff_sim::monte_carlo::Results;
 use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
-use standoff_view::site::RunSite;
+use standoff_view::batch::Batch;
+use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
@@ -22,15 +25,18 @@ Examples:
   standoff view                                   fly paper/figure-9 and look at it
   standoff view standoff-out/paper/figure-9-1     look at a run that has been flown
   standoff view best/figure-9 --seed 7            fly a scenario and look at it; no results are written
+  standoff view standoff-out/batch                look at many runs (of standoff monte-carlo), replay the worst
+  standoff view batch-a batch-b                   compare batches
   standoff run traffic/city --view                look at a run while it flies";
 
 /// What to look at, and where it is served.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// The folder of a run; or a built-in scenario's name or a scenario file, which is flown [default: paper/figure-9;
-    /// with --traffic, the settings of traffic/convoy].
+    /// The folder of a run, or of the runs of a standoff monte-carlo (several of these are compared); or a built-in
+    /// scenario's name or a scenario file, which is flown [default: paper/figure-9; with --traffic, the settings of
+    /// traffic/convoy].
     #[arg(value_name = "DIR|SCENARIO")]
-    what: Option<String>,
+    what: Vec<String>,
     #[command(flatten)]
     changes: Changes,
     /// Seed of everything random; of a scenario.
@@ -43,24 +49,64 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn view(args: &Args) -> Result<(), Failure> {
-    let shown = match args.what.as_deref().map(Path::new).filter(|path| path.is_dir()) {
-        Some(dir) => record(dir, args)?,
-        None => flight(args)?,
-    };
-    let interruption = Interruption::expected()?;
+    let dirs: Vec<&Path> = args.what.iter().map(Path::new).collect();
+    match dirs[..] {
+        [dir] if dir.join("run.json").exists() => show(record(dir, args)?, args),
+        [dir] if dir.is_dir() => batches(&dirs, args),
+        [] | [_] => show(flight(args)?, args),
+        _ => batches(&dirs, args),
+    }
+}
+
+/// Shows a run from the moment it is begun to be flown or read.
+fn show(shown: Shown, args: &Args) -> Result<(), Failure> {
     let site = Arc::new(RunSite::new(shown.watched.replay()));
+    let interruption = Interruption::expected()?;
     let server = args.served.serve(site, print)?;
     note("Ctrl-C ends it.");
-    // The page is there at once and fills while the run is flown or read.
     let work = thread::spawn(move || (shown.work)(shown.watched));
     interruption.wait(None);
     drop(server);
     // What is not done yet is not needed any more.
-    if work.is_finished() {
-        work.join().unwrap_or_else(|_| Err(Failure::running("the run could not be shown")))
-    } else {
-        Ok(())
+    if !work.is_finished() {
+        return Ok(());
     }
+    work.join().unwrap_or_else(|_| Err(Failure::running("the run could not be shown")))
+}
+
+/// Many runs, any of which is flown again when somebody wants to see it.
+fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
+    let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(Failure::input)?;
+    let batch = Batch::of(&results).map_err(Failure::input)?;
+    let traffic = args.changes.only_traffic().ok_or_else(|| {
+        Failure::Input("--uavs and --set change a scenario, not runs that have been flown".to_owned())
+    })?;
+    let template = |results: &Results| results.batch().template(traffic);
+    let templates: Vec<_> = results
+        .iter()
+        .map(template)
+        .map(|template| match template {
+            Ok(template) => Some(template),
+            Err(error) => {
+                note(&format!("warning: its runs cannot be replayed: {error}"));
+                None
+            }
+        })
+        .collect();
+    let choice = args.metrics.choice;
+    let fly = move |variant: usize, seed: u64| {
+        let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
+        let watched = Watched::flight(&scenario).ok()?;
+        let replay = watched.replay();
+        fly(&scenario, watched, choice).ok()?;
+        Some(replay)
+    };
+    let interruption = Interruption::expected()?;
+    let site = BatchSite::new(&batch, fly).map_err(Failure::running)?;
+    let _server = args.served.serve(Arc::new(site), print)?;
+    note("Ctrl-C ends it.");
+    interruption.wait(None);
+    Ok(())
 }
 
 /// A replay, and what fills it.
@@ -100,23 +146,23 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
 
 /// A run that is flown to be looked at.
 fn flight(args: &Args) -> Result<Shown, Failure> {
-    let name = args.changes.scenario(args.what.as_deref(), DEFAULT_SCENARIO);
+    let name = args.changes.scenario(args.what.first().map(String::as_str), DEFAULT_SCENARIO);
     let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::input)?;
     scenario.warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let watched = Watched::flight(&scenario)?;
     let choice = args.metrics.choice;
-    let work = move |watched: Watched| {
-        let mut told = Told::new(watched, &scenario.settings, choice);
-        let refused = |errors: Vec<standoff::ParamError>| {
-            Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
-        };
-        let mut mission = Mission::new(&scenario).map_err(refused)?;
-        while let Some(frame) = mission.frame() {
-            told.frame(frame);
-        }
-        told.finish()
-    };
-    Ok(Shown { watched, work: Box::new(work) })
+    Ok(Shown { watched, work: Box::new(move |watched| fly(&scenario, watched, choice)) })
+}
+
+fn fly(scenario: &Scenario, watched: Watched, choice: Choice) -> Result<(), Failure> {
+    let mut told = Told::new(watched, &scenario.settings, choice);
+    let refused =
+        |errors: Vec<ParamError>| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"));
+    let mut mission = Mission::new(scenario).map_err(refused)?;
+    while let Some(frame) = mission.frame() {
+        told.frame(frame);
+    }
+    told.finish()
 }
 
 /// A run that is shown and scored.

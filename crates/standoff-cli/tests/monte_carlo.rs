@@ -37,7 +37,7 @@ fn check_same(a: &Path, b: &Path) {
         names.sort();
         names
     };
-    assert_eq!(names(a), ["monte-carlo.json", "runs.parquet", "summary.json"]);
+    assert_eq!(names(a), ["monte-carlo.json", "report.html", "runs.parquet", "summary.json"]);
     assert_eq!(names(a), names(b));
     for name in names(a) {
         assert!(fs::read(a.join(&name)).unwrap() == fs::read(b.join(&name)).unwrap(), "{name:?} differs");
@@ -135,7 +135,8 @@ fn a_comparison_says_what_a_change_does() {
         let args = ["monte-carlo", "--runs", "8", "--set", "duration_s=40", "--set", &set, "--out", lead];
         printed(folder.path(), &args);
     }
-    let of_folders = printed(folder.path(), &["compare", "0", "3"]);
+    let of_folders = printed(folder.path(), &["compare", "0", "3", "--report", "page.html"]);
+    assert!(fs::read_to_string(folder.path().join("page.html")).unwrap().contains("data-part=\"batch\""));
     let flown = run(&["--set", "duration_s=40", "--set", "guidance.lead_s=0", "--set-b", "guidance.lead_s=3"]);
     let rows = |table: &str| table.lines().skip(2).map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(rows(&of_folders), rows(&flown));
@@ -173,6 +174,10 @@ fn wrong_input_is_refused_with_one_clear_message() {
     refused(&["merge", "--out", "o"], &["DIR"]);
     refused(&["merge", "mine", "--out", "o"], &["mine: holds no results of standoff monte-carlo"]);
     refused(&["compare", "paper/table-2-pair"], &["nothing to compare", "--set-b"]);
+    refused(
+        &["compare", "paper/table-2-pair", "--set-b", "guidance.lead_s=0", "--report", "x"],
+        &["--report", "folders"],
+    );
     refused(&["compare", "mine", "mine"], &["mine: holds no results"]);
     refused(&["compare", "mine", "mine", "--set-b", "a=1"], &["flown already"]);
     refused(&["compare", "paper/table-2-pair", "--set-b", "guidance.nonsense=1"], &["guidance.nonsense"]);
@@ -251,6 +256,25 @@ fn an_interrupted_batch_ends_soon_says_how_to_go_on_and_does() {
         assert!(resumed.status.success() && text(&resumed.stderr).starts_with("note: going on after "));
     }
     check_same(&folder.path().join("i"), &folder.path().join("t"));
+}
+
+/// The page is made of what is complete: that it cannot be written costs nothing else.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_page_that_does_not_fit_is_made_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["monte-carlo", "--runs", "3", "--metrics", "table-2", "--set", "duration_s=20", "--out", "o"];
+    let script = "trap '' XFSZ; ulimit -f 1000; exec \"$0\" \"$@\"";
+    let mut limited = Command::new("sh");
+    limited.args(["-c", script, env!("CARGO_BIN_EXE_standoff")]).args(args).current_dir(folder.path());
+    let output = limited.output().unwrap();
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("cannot write o/report.html: File too large"), "{message}");
+    let again = standoff(folder.path(), &args);
+    assert_eq!(text(&again.stderr), "note: o was complete already; nothing is flown again\n");
+    printed(folder.path(), &[&args[..8], &["whole"]].concat());
+    check_same(&folder.path().join("whole"), &folder.path().join("o"));
 }
 
 /// The file-size limit stands for a full disk: it can be had without being root.

@@ -146,6 +146,29 @@ fn a_scenario_is_flown_to_be_looked_at_and_leaves_nothing() {
     assert_eq!(left, ["three"]);
 }
 
+/// The settings are those of the batch, not of the scenario it was made from.
+#[test]
+fn a_run_of_a_batch_is_flown_again_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let change = ["--set", "guidance.radial_gain=0.5"];
+    let batch = [&["monte-carlo", "tour/02-two-uavs", "--runs", "4", "--seed", "5", "--out", "batch"], &change[..]];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    assert!(command.current_dir(folder.path()).args(batch.concat()).output().unwrap().status.success());
+    let batch = Serving::view(folder.path(), &["view", "batch"]);
+    assert!(batch.get("/batch.json").1.contains("position_error_m"));
+    let alone = Serving::view(folder.path(), &[&["view", "tour/02-two-uavs", "--seed", "7"], &change[..]].concat());
+    alone.outcome();
+    for half in ["overview/0", "detail/0", "head.json"] {
+        assert!(batch.get(&format!("/run/0/7/replay/{half}")) == alone.get(&format!("/replay/{half}")), "{half}");
+    }
+    for path in ["/run/0/7/", "/page.js"] {
+        assert_eq!(batch.get(path).0, 200, "{path}");
+    }
+    for path in ["/run/1/7/replay/head.json", "/run/0/07/", "/run/0/x/", "/run/0/7", "/batch/runs.parquet"] {
+        assert_eq!(batch.get(path).0, 404, "{path}");
+    }
+}
+
 #[test]
 fn a_run_is_watched_while_it_flies_and_its_results_are_those_of_any_run() {
     let folder = tempfile::tempdir().unwrap();

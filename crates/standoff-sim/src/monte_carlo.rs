@@ -17,6 +17,7 @@ mod journal;
 mod merge;
 mod pool;
 mod results;
+mod settings;
 mod statistics;
 
 use std::num::NonZeroUsize;
@@ -25,10 +26,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use batch::{Batch, Shard};
-pub use compare::{Better, Comparison, Paired, compare, compare_results};
+pub use compare::{BadEnd, Better, Comparison, Paired, compare, compare_results};
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Summary};
+pub use settings::Settings;
 pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 
 use crate::run::fly_while;

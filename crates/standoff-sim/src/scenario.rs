@@ -15,6 +15,7 @@ mod resolve;
 mod start;
 mod team;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
@@ -158,6 +159,17 @@ impl Template {
     /// Loads a built-in scenario by name, or a file, and the traffic file it names.
     pub fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
         let typed = load::Typed::load(name_or_file, edits)?;
+        let traffic = resolve::read_traffic(&typed)?.map(Arc::new);
+        Ok(Self { typed, traffic })
+    }
+
+    /// The scenario that a text of [`Self::text`] tells of, with the traffic file it names: built in, or looked for from
+    /// the current folder; or with `traffic` in its place.
+    pub fn of_text(name: &str, text: &str, traffic: Option<&Path>) -> Result<Self, ScenarioError> {
+        let mut typed = load::Typed::of_text(name, text)?;
+        if let (Some(table), Some(file)) = (&mut typed.file.traffic, traffic) {
+            table.file = file.to_string_lossy().into_owned();
+        }
         let traffic = resolve::read_traffic(&typed)?.map(Arc::new);
         Ok(Self { typed, traffic })
     }

@@ -207,17 +207,3 @@ function thinned(times_s, values, factor, range_s) {
   }
   return { x, y };
 }
-
-/** A file's name without what some systems do not take. */
-function fileName(name) {
-  return name.replace(/[^A-Za-z0-9._-]+/g, "-");
-}
-
-/** Hands a file to the reader. */
-function save(name, contents, type) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([contents], { type }));
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-}

@@ -207,6 +207,10 @@ class FileSource {
     return this.json("head");
   }
 
+  async batch() {
+    return this.json("batch");
+  }
+
   async half(kind, part) {
     return new Half(await this.bytes(`${kind}-${part}`));
   }
@@ -237,6 +241,10 @@ class ServedSource {
 
   async head() {
     return (await this.fetched("head.json")).json();
+  }
+
+  async batch() {
+    return (await this.fetched("batch.json")).json();
   }
 
   async half(kind, part) {

@@ -1,4 +1,6 @@
-// Which page this is: a report with its data inside, or one that a server feeds.
+// Which page this is, and where its data is: inside it, or at the server that it came from.
 
-if (document.querySelector('script[data-part="head"]')) showReplay(new FileSource());
-else showReplay(new ServedSource(document.body.dataset.base));
+const { base } = document.body.dataset;
+const source = base === undefined ? new FileSource() : new ServedSource(base);
+if (element("metrics")) showBatch(source);
+else showReplay(source);

@@ -1,7 +1,5 @@
 // The page of a run.
 
-const element = (id) => document.getElementById(id);
-
 /** Brings a run to the page. */
 async function showReplay(source) {
   const head = await source.head();
@@ -209,7 +207,9 @@ function connect(page, scene) {
   element("zoom-in").addEventListener("click", () => (map.camera.zoom(1.4), renew()));
   element("zoom-out").addEventListener("click", () => (map.camera.zoom(1 / 1.4), renew()));
   layers(page);
-  tabs(charts);
+  tabs(document.querySelector("[role=tablist]"), (tab) => {
+    if (tab.id === "tab-charts") charts.draw();
+  });
   pointer(page);
 
   const keys = {
@@ -270,30 +270,6 @@ function layers({ map, renew }) {
   map.canvas.dataset.layers = [...map.shown].join(" ");
 }
 
-/** One panel of several, chosen by tabs. */
-function tabs(charts) {
-  const all = [...document.querySelectorAll("[role=tab]")];
-  const choose = (chosen) => {
-    for (const tab of all) {
-      const on = tab === chosen;
-      tab.setAttribute("aria-selected", String(on));
-      tab.tabIndex = on ? 0 : -1;
-      element(tab.getAttribute("aria-controls")).hidden = !on;
-    }
-    if (chosen.id === "tab-charts") charts.draw();
-  };
-  for (const tab of all) {
-    tab.addEventListener("click", () => choose(tab));
-    tab.addEventListener("keydown", (key) => {
-      const way = { ArrowLeft: -1, ArrowRight: 1 }[key.key];
-      if (!way) return;
-      const next = all[(all.indexOf(tab) + way + all.length) % all.length];
-      next.focus();
-      choose(next);
-    });
-  }
-}
-
 /** Panning, zooming, measuring; with a mouse or fingers. */
 function pointer({ map, film, renew }) {
   const { canvas, camera } = map;
@@ -343,31 +319,4 @@ function pointer({ map, film, renew }) {
     },
     { passive: false },
   );
-}
-
-/** The theme of the system, until another one is chosen. */
-function themed(changed) {
-  const root = document.documentElement;
-  const dark = window.matchMedia("(prefers-color-scheme: dark)");
-  let chosen = null;
-  try {
-    chosen = localStorage.getItem("standoff-theme");
-  } catch {
-    // Pages opened from a file may have no storage.
-  }
-  const apply = () => {
-    root.dataset.theme = chosen ?? (dark.matches ? "dark" : "light");
-    changed();
-  };
-  dark.addEventListener("change", apply);
-  element("theme").addEventListener("click", () => {
-    chosen = root.dataset.theme === "dark" ? "light" : "dark";
-    try {
-      localStorage.setItem("standoff-theme", chosen);
-    } catch {
-      // As above.
-    }
-    apply();
-  });
-  apply();
 }

@@ -1,6 +1,7 @@
-//! A run to look at, from its record: static figures, a page that replays it and the server of such pages, and an MCAP
-//! file for viewers of robots.
+//! A run to look at, from its record: static figures, a page that replays it, and an MCAP file for viewers of robots. Many
+//! runs to look at, from their results. And the server of such pages.
 
+pub mod batch;
 pub mod figures;
 #[cfg(feature = "mcap")]
 pub mod mcap;

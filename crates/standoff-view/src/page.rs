@@ -1,4 +1,4 @@
-//! The page that replays a run: one file with its data inside, or served.
+//! The page that replays a run and that of many runs: one file with its data inside, or served.
 //!
 //! What it is made of lies in `page/`, plain scripts without a build step; the charts' script comes from the crate
 //! that carries it (`build.rs`).
@@ -6,12 +6,14 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
+use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
 use crate::serve::{Answer, Bytes};
 
-/// The page's own script. Its files share one scope.
+/// The pages' own script. Its files share one scope.
 const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
+    include_str!("../page/common.js"),
     include_str!("../page/film.js"),
     include_str!("../page/clock.js"),
     include_str!("../page/camera.js"),
@@ -22,11 +24,14 @@ const SCRIPT: &str = concat!(
     include_str!("../page/state.js"),
     include_str!("../page/charts.js"),
     include_str!("../page/replay.js"),
+    include_str!("../page/batch-plots.js"),
+    include_str!("../page/batch.js"),
     include_str!("../page/main.js"),
     "})();\n",
 );
 const STYLE: &str = include_str!("../page/style.css");
 const REPLAY: &str = include_str!("../page/replay.html");
+const BATCH: &str = include_str!("../page/batch.html");
 /// The charts' script, gzipped.
 const CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
@@ -38,13 +43,23 @@ const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
 
 /// The page of a run whose data is served below a path.
-pub(crate) fn served_replay(base: &'static str) -> Answer {
+pub(crate) fn served_replay(base: &str) -> Answer {
+    served(REPLAY, base)
+}
+
+/// The page of Monte Carlo results whose data is served as `/batch.json`.
+pub(crate) fn served_batch() -> Answer {
+    served(BATCH, "")
+}
+
+/// A page whose data is served below `base`.
+fn served(body: &str, base: &str) -> Answer {
     let page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
          <link rel=\"stylesheet\" href=\"/page.css\">\n\
-         <script src=\"/page.js\" defer></script>\n</head>\n<body data-base=\"{base}\">\n{REPLAY}</body>\n</html>\n"
+         <script src=\"/page.js\" defer></script>\n</head>\n<body data-base=\"{base}\">\n{body}</body>\n</html>\n"
     );
     Answer { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
 }
@@ -63,23 +78,42 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
 
 /// A run in one file that opens from disk, with no network.
 pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
-    let mut page = format!(
+    let mut page = begin(REPLAY);
+    put(&mut page, "head", &gzip(head.json()?.as_bytes()));
+    for (number, part) in parts.iter().enumerate() {
+        put(&mut page, &format!("overview-{number}"), &part.overview);
+        put(&mut page, &format!("detail-{number}"), &part.detail);
+    }
+    Ok(end(page))
+}
+
+/// Monte Carlo results in one file that opens from disk, with no network.
+pub fn batch_report(batch: &Batch) -> serde_json::Result<String> {
+    let mut page = begin(BATCH);
+    put(&mut page, "batch", &gzip(batch.json()?.as_bytes()));
+    Ok(end(page))
+}
+
+/// A file up to its data.
+fn begin(body: &str) -> String {
+    format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{REPORT_POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>standoff</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{REPLAY}"
-    );
-    let mut put = |name: &str, gz: &[u8]| {
-        page += &format!("<script type=\"application/gzip\" data-part=\"{name}\">{}</script>\n", BASE64.encode(gz));
-    };
-    put("head", &gzip(head.json()?.as_bytes()));
-    for (number, part) in parts.iter().enumerate() {
-        put(&format!("overview-{number}"), &part.overview);
-        put(&format!("detail-{number}"), &part.detail);
-    }
-    put("page", &gzip(SCRIPT.as_bytes()));
-    put("charts", CHARTS);
-    Ok(page + &format!("<script>\n{START}</script>\n</body>\n</html>\n"))
+         <title>standoff</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}"
+    )
+}
+
+/// Data inside a file.
+fn put(page: &mut String, name: &str, gz: &[u8]) {
+    *page += &format!("<script type=\"application/gzip\" data-part=\"{name}\">{}</script>\n", BASE64.encode(gz));
+}
+
+/// A file with the scripts behind its data.
+fn end(mut page: String) -> String {
+    put(&mut page, "page", &gzip(SCRIPT.as_bytes()));
+    put(&mut page, "charts", CHARTS);
+    page + &format!("<script>\n{START}</script>\n</body>\n</html>\n")
 }
 
 #[cfg(test)]
@@ -99,7 +133,7 @@ mod tests {
     #[test]
     fn the_pages_own_text_closes_no_script() {
         assert!(!START.contains("</script"));
-        assert!(!REPLAY.contains("<script"));
+        assert!(!REPLAY.contains("<script") && !BATCH.contains("<script"));
         assert!(!SCRIPT.contains("innerHTML") && !SCRIPT.contains("document.write") && !SCRIPT.contains("eval("));
     }
 }

@@ -119,6 +119,36 @@ impl Batch {
         self.seed + run
     }
 
+    /// The scenario, to fly runs of it again; `traffic` stands in for its traffic file, of which a batch knows only the
+    /// name and the checksum.
+    pub fn template(&self, traffic: Option<&Path>) -> Result<Template, MonteCarloError> {
+        let template = Template::of_text(&self.scenario, &self.scenario_toml, traffic)?;
+        if template.traffic_crc32() != self.traffic_crc32 {
+            return Err(MonteCarloError::OtherTraffic { scenario: self.scenario.clone() });
+        }
+        Ok(template)
+    }
+
+    /// Version of standoff that flew it.
+    pub fn version(&self) -> &str {
+        &self.version
+    }
+
+    /// The scenario with all that the command line changed, as TOML.
+    pub fn scenario_toml(&self) -> &str {
+        &self.scenario_toml
+    }
+
+    /// Names of the metrics, in their own order.
+    pub fn metrics(&self) -> impl Iterator<Item = &str> {
+        self.metrics.iter().map(String::as_str)
+    }
+
+    /// Whether it was flown over traffic from a file.
+    pub fn has_traffic(&self) -> bool {
+        self.traffic_crc32.is_some()
+    }
+
     /// The metrics as a choice.
     pub(super) fn choice(&self) -> Result<Choice, MonteCarloError> {
         Choice::parse(&self.metrics.join(",")).map_err(MonteCarloError::Metrics)

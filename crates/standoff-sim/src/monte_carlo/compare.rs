@@ -31,6 +31,27 @@ const LESS_IS_BETTER: [&str; 15] = [
     "turn_rate_saturated_fraction",
 ];
 
+/// The end of a metric's values at which runs are bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BadEnd {
+    /// Small values are bad.
+    Small,
+    /// Large values are bad.
+    Large,
+}
+
+impl BadEnd {
+    /// Of a metric; `None` where neither end is known to be bad.
+    pub fn of(metric: &str) -> Option<Self> {
+        match metric {
+            // UAVs that come near one another are in danger. That more room is better still is not said.
+            "separation_min_m" => Some(Self::Small),
+            _ => LESS_IS_BETTER.contains(&metric).then_some(Self::Large),
+        }
+    }
+}
+
 /// B compared with A, seed by seed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
@@ -195,6 +216,14 @@ mod tests {
         assert_eq!((anees.differs, anees.better), (true, None));
         let name = LESS_IS_BETTER.iter().find(|name| !Metrics::NAMES.contains(name));
         assert_eq!(name, None, "no such metric");
+    }
+
+    #[test]
+    fn it_is_known_which_runs_are_bad() {
+        assert_eq!(BadEnd::of("phase_error_deg"), Some(BadEnd::Large));
+        assert_eq!(BadEnd::of("separation_min_m"), Some(BadEnd::Small));
+        assert_eq!(BadEnd::of("anees"), None);
+        assert!(Metrics::NAMES.contains(&"separation_min_m"), "no such metric");
     }
 
     #[test]

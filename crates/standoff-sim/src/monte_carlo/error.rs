@@ -27,6 +27,14 @@ pub enum MonteCarloError {
         /// Number of runs.
         runs: u64,
     },
+    /// The traffic is not what the runs were flown over.
+    #[error(
+        "the traffic of {scenario} is another one than these runs were flown over; name the right file with --traffic"
+    )]
+    OtherTraffic {
+        /// The scenario.
+        scenario: String,
+    },
     /// The shard is none of its batch's.
     #[error("shard {shard} of {runs} runs: must be I/N, I from 0 to N - 1, with at least one run for each of N shards")]
     NoSuchShard {

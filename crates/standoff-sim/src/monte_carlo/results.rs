@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::journal::check_format;
+use super::settings::{Settings, settings_of};
 use super::{Batch, MonteCarloError, Shard, Statistics, Values, pooled_root_ratio};
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
@@ -135,6 +136,23 @@ impl Results {
         summarise(self.batch(), &self.dir.join(RUNS))
     }
 
+    /// Puts one more file beside those of the batch, as safely: it is there whole, or not at all.
+    pub fn add(&self, name: &str, text: &str) -> Result<(), MonteCarloError> {
+        save(&self.dir, name, text)?;
+        Ok(sync_folder(&self.dir)?)
+    }
+
+    /// Every value of the scenario that was flown, as TOML, by its dotted key.
+    pub fn settings(&self) -> Result<Settings, MonteCarloError> {
+        let damaged = |error: toml::de::Error| RecordError::damaged(&self.dir.join(MANIFEST), error.message());
+        Ok(settings_of(self.batch().scenario_toml()).map_err(damaged)?)
+    }
+
+    /// A metric's values, a value per run, in the order of runs; `None` where a run has none.
+    pub fn column(&self, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
+        column(self.batch(), &self.dir.join(RUNS), metric)
+    }
+
     /// All values of every run, in order.
     pub(super) fn values(&self) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + '_, MonteCarloError> {
         let rows = self.rows(self.batch().metrics.iter().map(String::as_str))?;
@@ -252,11 +270,14 @@ fn rows<'a>(
     }))
 }
 
+/// The values of one metric.
+fn column(batch: &Batch, path: &Path, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
+    rows(batch, path.to_owned(), [metric])?.map(|row| Ok(row?.values.pop().flatten())).collect()
+}
+
 /// One metric at a time, so that memory holds one column.
 fn summarise(batch: &Batch, path: &Path) -> Result<Summary, MonteCarloError> {
-    let column = |name: &str| -> Result<Vec<Option<f64>>, MonteCarloError> {
-        rows(batch, path.to_owned(), [name])?.map(|row| Ok(row?.values.pop().flatten())).collect()
-    };
+    let column = |name: &str| column(batch, path, name);
     let statistics = |name: &String| {
         let mut statistics = Statistics::of(&column(name)?);
         if let Some((_, above, below)) = Metrics::POOLED.iter().find(|(pooled, ..)| pooled == name) {

@@ -1,0 +1,129 @@
+// How a metric is distributed over the runs, and how two go together. They are drawn by plotly.js.
+
+/** Most points of a batch in the scatter. */
+const SCATTERED = 5000;
+
+class BatchPlots {
+  constructor(page) {
+    this.page = page;
+    this.listens = false;
+  }
+
+  colour(variant) {
+    const { uavs } = palette();
+    return uavs[this.page.data.variants.indexOf(variant) % uavs.length];
+  }
+
+  /** Draws whichever plot is shown. */
+  async draw() {
+    if (!window.Plotly) return;
+    if (!element("panel-distribution").hidden) await this.drawDistribution();
+    else await this.drawScatter();
+  }
+
+  layout(across, up) {
+    const colours = palette();
+    const axis = (text) => ({ title: { text }, gridcolor: colours.grid, zeroline: false, automargin: true });
+    return {
+      margin: { l: 48, r: 12, t: 10, b: 42 },
+      paper_bgcolor: colours.ground,
+      plot_bgcolor: colours.ground,
+      font: { color: colours.ink, size: 11, family: "system-ui, sans-serif" },
+      showlegend: this.page.several,
+      legend: { orientation: "h", y: 1, yanchor: "bottom", itemclick: "toggleothers", itemdoubleclick: "toggle" },
+      xaxis: axis(across),
+      yaxis: axis(up),
+    };
+  }
+
+  get config() {
+    return { responsive: true, displaylogo: false, displayModeBar: "hover",
+      modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"] };
+  }
+
+  title(metric) {
+    return `${metric.what || metric.name}${metric.unit ? ` (${metric.unit})` : ""}`;
+  }
+
+  /** Bars: how many runs lie where, in percent if batches are compared. Lines and bands: means and their intervals. */
+  async drawDistribution() {
+    const { metric, several, data } = this.page;
+    const place = element("distribution");
+    place.setAttribute("aria-label", `Distribution of ${metric.what || metric.name}. ${this.page.sentence()}`);
+    const histogram = metric.histogram;
+    const traces = [];
+    const layout = { ...this.layout(plain(this.title(metric)), several ? "Runs (%)" : "Runs"), barmode: "overlay", bargap: 0, shapes: [] };
+    for (const [index, variant] of data.variants.entries()) {
+      const statistics = variant.statistics[metric.name];
+      if (!histogram || !statistics?.n) continue;
+      const colour = this.colour(variant);
+      const edge = (k) => (histogram.from + k * histogram.width) * metric.factor;
+      const counts = histogram.counts[index];
+      traces.push({
+        type: "bar", name: this.page.letter(variant), x: counts.map((_, k) => (edge(k) + edge(k + 1)) / 2),
+        y: counts.map((count) => (several ? (100 * count) / statistics.n : count)), width: edge(1) - edge(0),
+        customdata: counts.map((count, k) => [four(edge(k)), four(edge(k + 1)), count]),
+        hovertemplate: "%{customdata[0]} to %{customdata[1]}: %{customdata[2]} runs<extra></extra>",
+        marker: { color: faded(colour, several ? 0.3 : 0.55), line: { color: colour, width: several ? 1.2 : 0.6 } },
+      });
+      if (statistics.mean === null) continue;
+      const upright = { yref: "paper", y0: 0, y1: 1 };
+      const [mean, ...ends] = [statistics.mean, ...(statistics.ci95 ?? [])].map((value) => value * metric.factor);
+      if (ends.length) {
+        layout.shapes.push({ ...upright, type: "rect", x0: ends[0], x1: ends[1], fillcolor: faded(colour, 0.25), line: { width: 0 } });
+      }
+      layout.shapes.push({ ...upright, type: "line", x0: mean, x1: mean, line: { color: several ? colour : palette().ink, width: 1.6 } });
+    }
+    await window.Plotly.react(place, traces, layout, this.config);
+  }
+
+  /** A point per run. */
+  async drawScatter() {
+    const { data, several } = this.page;
+    const place = element("scatter");
+    const [across, up] = ["across", "up"].map((id) => data.metrics.find((metric) => metric.name === element(id).value));
+    const traces = [];
+    let step = 1;
+    for (const variant of data.variants) {
+      const [x, y] = [across, up].map((metric) => variant.values[metric.name]);
+      if (!x || !y) continue;
+      const both = x.map((_, index) => index).filter((index) => x[index] !== null && y[index] !== null);
+      const every = Math.max(1, Math.ceil(both.length / SCATTERED));
+      step = Math.max(step, every);
+      const shown = both.filter((_, k) => k % every === 0);
+      traces.push({
+        type: "scatter", mode: "markers", name: this.page.letter(variant),
+        x: shown.map((index) => x[index] * across.factor), y: shown.map((index) => y[index] * up.factor),
+        customdata: shown.map((index) => variant.first_run + index),
+        hovertemplate: `${several ? `${this.page.letter(variant)}, run` : "run"} %{customdata}: %{x:.4~g}, %{y:.4~g}<extra></extra>`,
+        marker: { color: this.colour(variant), size: 6, opacity: 0.65 },
+      });
+    }
+    const says = () => {
+      if (!this.page.hasValues) return "too many runs for a page: runs.parquet holds the values";
+      return step > 1 ? `every ${step}th run is shown` : this.page.source.live ? "click a run to replay it" : "click a run for its command";
+    };
+    element("thinned").textContent = says();
+    const names = [across, up].map((metric) => metric.what || metric.name);
+    place.setAttribute("aria-label", `${names[1]} against ${names[0]}, a point per run`);
+    await window.Plotly.react(place, traces, this.layout(plain(this.title(across)), plain(this.title(up))), this.config);
+    if (this.listens) return;
+    this.listens = true;
+    place.on("plotly_click", ({ points: [point] }) => {
+      const variant = data.variants.find((other) => this.page.letter(other) === point.data.name);
+      this.page.open(variant, point.customdata);
+    });
+  }
+
+  savePng() {
+    const isDistribution = !element("panel-distribution").hidden;
+    const place = element(isDistribution ? "distribution" : "scatter");
+    const filename = fileName(`${this.page.data.variants[0].scenario}-${isDistribution ? this.page.metric.name : "scatter"}`);
+    window.Plotly?.downloadImage(place, { format: "png", filename, scale: 2, width: 800, height: 450 });
+  }
+}
+
+/** A text in which plotly finds no markup. */
+function plain(text) {
+  return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;");
+}

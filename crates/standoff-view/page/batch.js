@@ -1,0 +1,426 @@
+// The page of many runs: `src/batch.rs` makes its data.
+
+/** Columns of the table of metrics. */
+const STATISTICS = [
+  ["n", "n"], ["mean", "Mean"], ["ci95", "95 % interval"], ["sd", "sd"], ["p5", "5 %"], ["p50", "Median"], ["p95", "95 %"],
+  ["max", "Max"],
+];
+
+/** Columns of the table of differences. */
+const DIFFERENCES = [
+  ["n", "n"], ["difference", "Difference"], ["ci95", "95 % interval"], ["b_smaller", "Smaller in"],
+];
+
+/** Four digits that count; a dash for none. */
+function four(value) {
+  if (value === null || value === undefined) return "\u2013";
+  const size = Math.abs(value);
+  const digits = [[1000, 0], [100, 1], [10, 2], [1, 3], [1e-4, 4]].find(([least]) => size >= least);
+  const text = size === 0 ? "0" : digits ? value.toFixed(digits[1]) : value.toExponential(1);
+  return text.replaceAll("-", "\u2212");
+}
+
+/** `a to b`; a dash for none. */
+function interval(ends) {
+  return ends ? `${four(ends[0])} to ${four(ends[1])}` : four(null);
+}
+
+/** A word as a shell takes it. */
+function quoted(word) {
+  return /^[\w./=:@%+,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
+}
+
+/** An element with text in it. */
+function written(tag, text, attributes = {}) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+}
+
+class BatchPage {
+  constructor(data, source) {
+    this.data = data;
+    this.source = source;
+    this.metric = data.metrics[0];
+    this.chosen = null;
+    this.plots = new BatchPlots(this);
+  }
+
+  get several() {
+    return this.data.variants.length > 1;
+  }
+
+  /** What the tables and legends call a batch. */
+  letter(variant) {
+    const number = this.data.variants.indexOf(variant);
+    return number < 26 ? String.fromCharCode(65 + number) : String(number + 1);
+  }
+
+  seed(variant, run) {
+    return String(BigInt(variant.seed) + BigInt(run));
+  }
+
+  /** Where a served page replays a run. */
+  path(variant, run) {
+    return `run/${this.data.variants.indexOf(variant)}/${this.seed(variant, run)}/`;
+  }
+
+  /** What it takes to get the scenario of a batch: what `--set` can say, or a file. */
+  command(variant, run) {
+    const words = ["standoff", "run", ...this.scenario(variant)];
+    return [...words, "--seed", this.seed(variant, run)].map(quoted).join(" ");
+  }
+
+  scenario(variant) {
+    if (this.needsFile(variant)) return [this.tomlName(variant)];
+    return [variant.scenario, ...variant.changes.flatMap((change) => ["--set", change])];
+  }
+
+  needsFile(variant) {
+    // Nothing that a terminal would obey is ever copied.
+    return variant.changes === null || variant.changes.some((change) => /[\x00-\x1f\x7f]/.test(change));
+  }
+
+  tomlName(variant) {
+    return `${fileName(variant.scenario).replace(/^[-.]+/, "") || "scenario"}.toml`;
+  }
+
+  show() {
+    const { variants, metrics } = this.data;
+    const name = variants.map((variant) => variant.name).join(" against ");
+    document.title = `${name} \u2013 standoff`;
+    const runs = (variant) => `${variant.runs} run${variant.runs === 1 ? "" : "s"}`;
+    element("title").textContent = this.several ? name : `${name}, ${runs(variants[0])}, ${this.seeds(variants[0])}`;
+    element("key").textContent = this.several ? variants.map((variant) => `${this.letter(variant)}: ${variant.name}`).join("\n") : "";
+    element("key").hidden = !this.several;
+    this.tellMetrics();
+    this.tellDifferences();
+    this.tellBatches();
+    const names = metrics.map((metric) => [metric.name, metric.what || metric.name]);
+    for (const id of ["across", "up"]) {
+      element(id).replaceChildren(...names.map(([value, text]) => new Option(text, value)));
+    }
+    element("variant").replaceChildren(...variants.map((variant, index) => new Option(this.letter(variant), index)));
+    element("of").hidden = !this.several;
+    element("up").value = (metrics[1] ?? metrics[0]).name;
+    element("csv").disabled = !this.hasValues;
+    element("csv").title = this.hasValues ? "" : "too many runs for a page: runs.parquet holds the values";
+    this.connect();
+  }
+
+  get hasValues() {
+    return this.data.variants.some((variant) => Object.keys(variant.values).length > 0);
+  }
+
+  seeds(variant) {
+    const [first, last] = [variant.first_run, variant.first_run + variant.runs - 1].map((run) => this.seed(variant, run));
+    return `seeds ${first} to ${last}${variant.shard === null ? "" : `, shard ${variant.shard}`}`;
+  }
+
+  /** A row per metric and batch. */
+  tellMetrics() {
+    const { metrics, variants } = this.data;
+    const table = element("metrics");
+    const heads = ["Metric", ...(this.several ? ["Batch"] : []), ...STATISTICS.map(([, head]) => head),
+      ...(this.several ? ["Than A"] : [])];
+    this.head(table, heads);
+    for (const metric of metrics) {
+      const having = variants.filter((variant) => variant.statistics[metric.name]);
+      this.rows(table, metric, having).forEach((row, index) => {
+        const variant = having[index];
+        const statistics = variant.statistics[metric.name];
+        for (const [key] of STATISTICS) this.cell(row, metric, key, statistics[key]);
+        if (this.several) row.append(this.verdict(metric, variant, ["worse", "better", four(null)]));
+      });
+    }
+  }
+
+  tellDifferences() {
+    const { metrics, variants, comparisons } = this.data;
+    element("tab-differences").hidden = !this.several;
+    if (!this.several) return;
+    const table = element("differences");
+    this.head(table, ["Metric", "Batch", ...DIFFERENCES.map(([, head]) => head), "Verdict"]);
+    for (const metric of metrics) {
+      const having = variants.filter((variant, index) => index > 0 && comparisons[index - 1]?.metrics[metric.name]);
+      if (!having.length) continue;
+      this.rows(table, metric, having).forEach((row, index) => {
+        const variant = having[index];
+        const paired = this.paired(metric, variant);
+        for (const [key] of DIFFERENCES) this.cell(row, metric, key, paired[key]);
+        row.append(this.verdict(metric, variant, ["A is better", `${this.letter(variant)} is better`, "no difference seen"]));
+      });
+    }
+  }
+
+  paired(metric, variant) {
+    return this.data.comparisons[this.data.variants.indexOf(variant) - 1]?.metrics[metric.name];
+  }
+
+  /** Whether a batch differs from the first; words for when the first is better, when this one is, and when neither. */
+  verdict(metric, variant, [first, other, neither]) {
+    const paired = this.paired(metric, variant);
+    const say = () => {
+      if (!paired) return "";
+      if (!paired.ci95) return "too few runs";
+      if (!paired.differs) return neither;
+      return { a: first, b: other }[paired.better] ?? "differs";
+    };
+    const cell = written("td", say(), { "data-statistic": "verdict" });
+    if (paired?.better) cell.classList.add(paired.better === "b" ? "better" : "worse");
+    return cell;
+  }
+
+  head(table, heads) {
+    const row = document.createElement("tr");
+    row.append(...heads.map((text) => written("th", text, { scope: "col" })));
+    row.lastChild.classList.toggle("verdict", ["Verdict", "Than A"].includes(heads.at(-1)));
+    table.tHead.replaceChildren(row);
+  }
+
+  /** The rows of a metric, one per batch: its name, as a button, beside a single one and above several. */
+  rows(table, metric, variants) {
+    const head = written("th", "", { scope: "row" });
+    const button = written("button", metric.what || metric.name, { type: "button", "aria-pressed": "false", title: metric.name });
+    if (metric.unit) button.append("\u00a0", written("small", metric.unit));
+    head.append(button);
+    const row = () => {
+      const made = table.tBodies[0].insertRow();
+      made.dataset.metric = metric.name;
+      made.addEventListener("click", () => this.choose(metric));
+      return made;
+    };
+    const first = row();
+    first.className = "first";
+    first.append(head);
+    if (variants.length > 1) {
+      head.colSpan = table.tHead.rows[0].cells.length;
+      head.scope = "rowgroup";
+    }
+    return variants.map((variant) => {
+      const made = variants.length > 1 ? row() : first;
+      if (variants.length > 1) made.append(written("td", ""));
+      if (this.several) {
+        const number = this.data.variants.indexOf(variant);
+        made.append(written("td", this.letter(variant), { "data-batch": number, title: variant.name }));
+      }
+      return made;
+    });
+  }
+
+  /** A number in the metric's unit; the exact one, as it is in the files, is its title. */
+  cell(row, metric, key, value) {
+    const scaled = (number) => (number === null ? null : number * metric.factor);
+    const text = () => {
+      if (key === "n") return String(value);
+      if (key === "b_smaller") return value === null ? four(null) : `${Math.round(100 * value)} %`;
+      return key === "ci95" ? interval(value?.map(scaled)) : four(scaled(value));
+    };
+    const exact = value === null ? "" : Array.isArray(value) ? value.join(" to ") : String(value);
+    row.append(written("td", text(), { "data-statistic": key, title: exact }));
+  }
+
+  tellBatches() {
+    const { variants } = this.data;
+    const table = element("batches");
+    this.head(table, [...(this.several ? ["Batch"] : []), "Scenario", "Runs", "Seeds", "standoff", ""]);
+    for (const variant of variants) {
+      const row = table.tBodies[0].insertRow();
+      if (this.several) row.append(written("td", this.letter(variant)));
+      for (const text of [variant.scenario, String(variant.runs), this.seeds(variant).replace("seeds ", ""), variant.version]) {
+        row.append(written("td", text));
+      }
+      const button = written("button", "Save scenario", { type: "button", title: "The scenario with all changes, as TOML" });
+      button.addEventListener("click", () => save(this.tomlName(variant), variant.toml, "application/toml"));
+      row.insertCell().append(button);
+    }
+    const keys = [...new Set(variants.flatMap((variant) => Object.keys(variant.settings)))].sort();
+    const settings = element("settings");
+    settings.hidden = !this.several;
+    this.head(settings, ["Setting", ...variants.map((variant) => this.letter(variant))]);
+    for (const key of keys) {
+      const row = settings.tBodies[0].insertRow();
+      row.append(written("td", key), ...variants.map((variant) => written("td", variant.settings[key] ?? "not set")));
+    }
+    if (!keys.length) settings.tBodies[0].insertRow().append(written("td", "none"));
+  }
+
+  /** Shows a metric: its distribution, its runs. */
+  choose(metric) {
+    this.metric = metric;
+    for (const row of document.querySelectorAll("tr[data-metric]")) {
+      const on = row.dataset.metric === metric.name;
+      row.classList.toggle("chosen", on);
+      row.querySelector("button")?.setAttribute("aria-pressed", String(on));
+    }
+    try {
+      history.replaceState(null, "", `#${encodeURIComponent(metric.name)}`);
+    } catch {
+      // A page may not be allowed to say where it is.
+    }
+    element("metric").textContent = metric.what || metric.name;
+    element("told").textContent = this.sentence();
+    element("value").textContent = metric.unit ? `Value (${metric.unit})` : "Value";
+    const ends = { large: ["largest", "smallest"], small: ["smallest", "largest"] }[metric.bad] ?? ["largest", "smallest"];
+    const words = (end, index) => (metric.bad ? `${index === 0 ? "worst" : "best"}: ${end} first` : `${end} first`);
+    element("end").replaceChildren(...ends.map((end, index) => new Option(words(end, index), end)));
+    element("across").value = metric.name;
+    this.tellRuns();
+    this.plots.draw();
+  }
+
+  /** Mean and interval of each batch, in words. */
+  sentence() {
+    const { metric } = this;
+    const unit = metric.unit ? ` ${metric.unit}` : "";
+    const scaled = (value) => (value === null ? null : value * metric.factor);
+    const of = (variant) => {
+      const statistics = variant.statistics[metric.name];
+      if (!statistics?.n) return null;
+      const between = statistics.ci95 ? ` (${interval(statistics.ci95.map(scaled))})` : "";
+      const who = this.several ? `${this.letter(variant)}: ` : "";
+      return `${who}mean ${four(scaled(statistics.mean))}${unit}${between}, n = ${statistics.n}`;
+    };
+    const all = this.data.variants.map(of).filter(Boolean);
+    if (!all.length) return "No run has a value.";
+    return `${metric.name}. ${all.join("; ")}.${metric.pooled ? " The mean is pooled: of sums over all runs." : ""}`;
+  }
+
+  /** The runs at one end of the metric. */
+  tellRuns() {
+    const { metric } = this;
+    const variant = this.data.variants[Number(element("variant").value)];
+    const runs = variant.ends[metric.name]?.[element("end").value] ?? [];
+    const rows = runs.map(([run, value], index) => {
+      const row = document.createElement("tr");
+      row.dataset.run = run;
+      const seed = this.seed(variant, run);
+      for (const text of [index + 1, four(value * metric.factor), run, seed]) row.append(written("td", text));
+      row.cells[1].title = String(value);
+      const see = this.source.live
+        ? written("a", "Replay", { href: this.path(variant, run), "aria-label": `Replay run ${run}, seed ${seed}` })
+        : written("button", "Command", { type: "button", "aria-label": `Command for run ${run}, seed ${seed}` });
+      row.append(document.createElement("td"));
+      row.lastChild.append(see);
+      row.addEventListener("click", () => this.chooseRun(variant, run));
+      return row;
+    });
+    element("runs").tBodies[0].replaceChildren(...rows);
+    if (runs.length) this.chooseRun(variant, runs[0][0]);
+    else this.chooseRun(null);
+  }
+
+  /** The run that the line at the bottom is about. */
+  chooseRun(variant, run) {
+    this.chosen = variant && { variant, run };
+    for (const id of ["command", "copy"]) element(id).hidden = !variant;
+    element("replay").hidden = !variant || !this.source.live;
+    element("toml").hidden = !variant || !this.needsFile(variant);
+    element("run").textContent = variant
+      ? `${this.several ? `${this.letter(variant)}, run` : "Run"} ${run}, seed ${this.seed(variant, run)}` : "No run";
+    if (!variant) return;
+    element("replay").href = this.path(variant, run);
+    element("command").textContent = this.command(variant, run);
+    element("toml").textContent = `Save ${this.tomlName(variant)}`;
+    element("toml").title = variant.has_traffic ? "Its traffic file belongs beside it" : "";
+    for (const row of element("runs").tBodies[0].rows) row.classList.toggle("chosen", Number(row.dataset.run) === run);
+  }
+
+  /** A run in the scatter was clicked. */
+  open(variant, run) {
+    this.chooseRun(variant, run);
+    if (this.source.live) location.assign(this.path(variant, run));
+  }
+
+  async copy() {
+    const command = element("command");
+    try {
+      await navigator.clipboard.writeText(command.textContent);
+      element("copy").textContent = "Copied";
+      setTimeout(() => (element("copy").textContent = "Copy"), 1500);
+    } catch {
+      getSelection().selectAllChildren(command);
+    }
+  }
+
+  /** Every value of every run, as in `runs.parquet`. */
+  saveCsv() {
+    const { metrics, variants } = this.data;
+    const lines = [["batch", "run", "seed", ...metrics.map((metric) => metric.name)]];
+    for (const variant of variants) {
+      for (let index = 0; index < variant.runs; index++) {
+        const run = variant.first_run + index;
+        const values = metrics.map((metric) => variant.values[metric.name]?.[index] ?? "");
+        lines.push([this.letter(variant), run, this.seed(variant, run), ...values]);
+      }
+    }
+    save(`${fileName(variants[0].scenario)}-runs.csv`, `${lines.map((line) => line.join(",")).join("\n")}\n`, "text/csv");
+  }
+
+  /** Another theme has other colours. */
+  renew() {
+    for (const cell of document.querySelectorAll("td[data-batch]")) {
+      cell.style.setProperty("--batch", this.plots.colour(this.data.variants[Number(cell.dataset.batch)]));
+    }
+    this.plots.draw();
+  }
+
+  connect() {
+    element("end").addEventListener("change", () => this.tellRuns());
+    element("variant").addEventListener("change", () => this.tellRuns());
+    for (const id of ["across", "up"]) element(id).addEventListener("change", () => this.plots.draw());
+    element("copy").addEventListener("click", () => this.copy());
+    element("toml").addEventListener("click", () => {
+      const { variant } = this.chosen;
+      save(this.tomlName(variant), variant.toml, "application/toml");
+    });
+    element("csv").addEventListener("click", () => this.saveCsv());
+    element("png").addEventListener("click", () => this.plots.savePng());
+    element("keys").addEventListener("click", () => element("help").showModal());
+    for (const list of document.querySelectorAll("[role=tablist]")) tabs(list, () => this.plots.draw());
+    const next = (way) => {
+      const { metrics } = this.data;
+      const at = metrics.indexOf(this.metric) + way;
+      if (!metrics[at]) return;
+      this.choose(metrics[at]);
+      const button = document.querySelector("[role=tabpanel]:not([hidden]) tr.chosen button");
+      button?.focus({ preventScroll: true });
+      button?.scrollIntoView({ block: "nearest" });
+    };
+    const keys = {
+      ArrowUp: () => next(-1),
+      ArrowDown: () => next(1),
+      c: () => this.chosen && this.copy(),
+      t: () => element("theme").click(),
+      "?": () => element("help").showModal(),
+    };
+    document.addEventListener("keydown", (key) => {
+      if (key.ctrlKey || key.metaKey || key.altKey || element("help").open) return;
+      if (key.target.closest("select, input") || (key.target.closest("#panel-distribution") && key.key.startsWith("Arrow"))) return;
+      const act = keys[key.key];
+      if (!act) return;
+      key.preventDefault();
+      act();
+    });
+  }
+}
+
+/** Brings the results to the page. */
+async function showBatch(source) {
+  try {
+    const page = new BatchPage(await source.batch(), source);
+    const wanted = location.hash;
+    page.show();
+    themed(() => page.renew());
+    page.choose(page.data.metrics.find((metric) => `#${encodeURIComponent(metric.name)}` === wanted) ?? page.metric);
+    document.body.dataset.ready = "tables";
+    await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+    await source.charts();
+    await page.plots.draw();
+    document.body.dataset.ready = "charts";
+  } catch (error) {
+    element("warning").hidden = false;
+    element("warning").textContent = `The data could not be read: ${error.message}`;
+  }
+}

@@ -1,0 +1,80 @@
+//! How many runs lie where.
+
+use serde::Serialize;
+
+/// Fewest and most classes, where values are not whole numbers.
+const CLASSES: (f64, f64) = (8.0, 60.0);
+
+/// How many runs of each batch have a value in each class; the classes are equally wide and the same for all batches.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Histogram {
+    /// Where the first class begins.
+    from: f64,
+    /// How wide each is.
+    width: f64,
+    /// By batch, by class.
+    counts: Vec<Vec<u64>>,
+}
+
+impl Histogram {
+    /// Of a metric's values, a list per batch. `None` if there is none.
+    ///
+    /// Whole numbers that lie near together get a class each. Else there are as many classes as the square root of the
+    /// largest number of values; a value at the upper end of the last class is in it.
+    pub(super) fn of(columns: &[Vec<Option<f64>>]) -> Option<Self> {
+        let columns: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|column| column.iter().copied().flatten().filter(|value| value.is_finite()).collect())
+            .collect();
+        let values = || columns.iter().flatten().copied();
+        let (least, most) = (values().reduce(f64::min)?, values().reduce(f64::max)?);
+        let range = most - least;
+        let largest = columns.iter().map(Vec::len).max().unwrap_or_default();
+        let whole = range < CLASSES.1 && values().all(|value| value.fract() == 0.0);
+        let (from, width, classes) = if whole {
+            (least - 0.5, 1.0, range + 1.0)
+        } else if range > f64::MIN_POSITIVE && range.is_finite() {
+            let classes = (largest as f64).sqrt().ceil().clamp(CLASSES.0, CLASSES.1);
+            (least, range / classes, classes)
+        } else {
+            // All equal; a class that is narrow for them, whatever their size.
+            let width = least.abs().max(1.0) / 100.0;
+            (least - width / 2.0, width, 1.0)
+        };
+        let last = classes as usize - 1;
+        let mut counts = vec![vec![0; last + 1]; columns.len()];
+        for (counts, column) in counts.iter_mut().zip(&columns) {
+            for value in column {
+                counts[(((value - from) / width) as usize).min(last)] += 1;
+            }
+        }
+        Some(Self { from, width, counts })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_is_counted_once_in_classes_that_all_share() {
+        let (a, b) = (vec![Some(0.0), Some(0.5), None, Some(2.4)], vec![Some(4.0), Some(1.0)]);
+        let histogram = Histogram::of(&[a, b]).unwrap();
+        assert_eq!((histogram.from, histogram.width), (0.0, 0.5));
+        assert_eq!(histogram.counts, [[1, 1, 0, 0, 1, 0, 0, 0], [0, 0, 1, 0, 0, 0, 0, 1]]);
+    }
+
+    #[test]
+    fn whole_numbers_get_a_class_each() {
+        let histogram = Histogram::of(&[vec![Some(2.0), Some(0.0), Some(2.0)]]).unwrap();
+        assert_eq!(histogram, Histogram { from: -0.5, width: 1.0, counts: vec![vec![1, 0, 2]] });
+    }
+
+    #[test]
+    fn equal_values_and_no_values_are_no_trouble() {
+        assert_eq!(Histogram::of(&[vec![Some(2.5); 3]]).unwrap().counts, [[3]]);
+        assert_eq!(Histogram::of(&[vec![Some(1e300), Some(-1e300)]]).unwrap().counts.concat().iter().sum::<u64>(), 2);
+        assert_eq!(Histogram::of(&[vec![Some(f64::MAX), Some(f64::MIN)]]).unwrap().counts, [[2]]);
+        assert_eq!(Histogram::of(&[vec![None, Some(f64::NAN)]]), None);
+    }
+}
