@@ -12,15 +12,30 @@ const browser = await chromium.launch({
   args: ["--disable-gpu", "--disable-background-networking"],
 });
 
-for (const theme of ["light", "dark"]) {
+async function picture(file, name, theme, arrange) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, colorScheme: theme });
-  await page.goto(pathToFileURL(resolve(results, "run/report.html")).href);
+  await page.goto(pathToFileURL(resolve(results, file)).href);
+  await arrange(page);
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: join(pictures, `${name}-${theme}.png`) });
+  await page.close();
+}
+
+/** Forty seconds into the run, when a target has changed groups. */
+async function later(page) {
   await page.waitForSelector("body[data-ready=charts]");
-  await page.evaluate(() => document.getElementById("map").focus());
   for (let press = 0; press < 4; press++) await page.keyboard.press("Shift+ArrowRight");
   await page.keyboard.press("0");
-  await page.waitForTimeout(500);
-  await page.screenshot({ path: join(pictures, `page-${theme}.png`) });
-  await page.close();
+}
+
+/** The metric that differs most. */
+async function chosen(page) {
+  await page.click("text=standoff error, the agents' own view");
+  await page.waitForSelector(".main-svg");
+}
+
+for (const theme of ["light", "dark"]) {
+  await picture("run/report.html", "page", theme, later);
+  await picture("compared.html", "runs", theme, chosen);
 }
 await browser.close();

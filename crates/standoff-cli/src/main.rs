@@ -3,6 +3,7 @@
 mod changes;
 mod compare;
 mod failure;
+mod interruption;
 #[cfg_attr(not(feature = "mcap"), path = "mcap_left_out.rs")]
 mod mcap;
 mod merge;

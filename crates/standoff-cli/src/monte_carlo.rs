@@ -4,14 +4,10 @@ use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::slice;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::Template;
 use standoff_view::batch::Batch as Page;
@@ -19,6 +15,7 @@ use standoff_view::page;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
+use crate::interruption::Interruption;
 use crate::outcome::{Wanted, count};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -113,14 +110,10 @@ fn default_out(template: &Template, batch: &Batch) -> PathBuf {
 }
 
 fn fly(out: &Path, template: &Template, batch: &Batch, threads: Option<NonZeroUsize>) -> Result<Results, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // The second time it ends at once: what is complete is safe in any case.
-        flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop)).map_err(Failure::running)?;
-        flag::register(signal, Arc::clone(&stop)).map_err(Failure::running)?;
-    }
+    // The second time it ends at once: what is complete is safe in any case.
+    let interruption = Interruption::expected()?;
     let mut teller = Teller::default();
-    let flown = fly_into(out, template, batch, threads, &stop, |progress| teller.tell(progress));
+    let flown = fly_into(out, template, batch, threads, interruption.flag(), |progress| teller.tell(progress));
     teller.bar.finish_and_clear();
     let Some(Progress { done, of, .. }) = teller.last else {
         if flown.is_ok() {

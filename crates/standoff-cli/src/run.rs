@@ -16,10 +16,11 @@ use standoff_view::site::RunSite;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note};
+use crate::interruption::Interruption;
 use crate::mcap::Mcap;
 use crate::outcome::{Wanted, lines};
 use crate::tell::tell;
-use crate::watch::{Interruption, Pace, Served, Watched, manifest, rate};
+use crate::watch::{Pace, Served, Watched, manifest, rate};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -16,9 +16,10 @@ use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
+use crate::interruption::Interruption;
 use crate::outcome::{Wanted, lines};
 use crate::run::DEFAULT_SCENARIO;
-use crate::watch::{Interruption, Served, Watched};
+use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

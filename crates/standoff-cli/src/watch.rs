@@ -3,13 +3,9 @@
 use std::io::{self, IsTerminal};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
 use standoff_sim::record::{Frame, Manifest};
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::score::Rules;
@@ -18,6 +14,7 @@ use standoff_view::replay::{Encoder, Head, Line, Replay};
 use standoff_view::serve::{Limits, Server, Site};
 
 use crate::failure::{Failure, note};
+use crate::interruption::Interruption;
 use crate::tell::setup;
 
 /// Least time between two looks at a run that is being flown: more often, a page would only be busier.
@@ -64,37 +61,6 @@ impl Served {
 fn has_desktop() -> bool {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     cfg!(any(target_os = "macos", windows)) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
-}
-
-/// Ctrl-C, asked for.
-pub(crate) struct Interruption(Arc<AtomicBool>);
-
-impl Interruption {
-    /// From now on Ctrl-C is noticed instead of ending the program; a second one ends it.
-    pub(crate) fn expected() -> Result<Self, Failure> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop)).map_err(Failure::running)?;
-            flag::register(signal, Arc::clone(&stop)).map_err(Failure::running)?;
-        }
-        Ok(Self(stop))
-    }
-
-    pub(crate) fn has_come(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-
-    /// Waits until it comes, or until a point in time.
-    pub(crate) fn wait(&self, until: Option<Instant>) {
-        const GLANCE: Duration = Duration::from_millis(50);
-        while !self.has_come() {
-            let left = until.map_or(GLANCE, |until| until.saturating_duration_since(Instant::now()));
-            if left.is_zero() {
-                return;
-            }
-            thread::sleep(left.min(GLANCE));
-        }
-    }
 }
 
 /// A run that is turned into a replay while it is flown or read.

@@ -121,7 +121,8 @@ pub(super) fn tell_apart(variants: &mut [Variant]) {
                 parts.truncate(IN_NAME);
                 parts.push(format!("and {more} more"));
             }
-            variant.name = [&[variant.scenario.clone()], &parts[..]].concat().join(" ");
+            parts.insert(0, variant.scenario.clone());
+            variant.name = parts.join(" ");
         }
     }
     for later in 1..variants.len() {
