@@ -1,32 +1,27 @@
 // The page of Monte Carlo results, opened from disk in real Chromium with the network blocked.
-//
-// Environment: STANDOFF, the command (default target/release/standoff); CHROMIUM, the browser (default /usr/bin/chromium).
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath, pathToFileURL } from "node:url";
+import { pathToFileURL } from "node:url";
 
-import { chromium } from "playwright-core";
+import { blank, leave } from "./browser.mjs";
 
-const STANDOFF = resolve(process.env.STANDOFF ?? fileURLToPath(new URL("../../target/release/standoff", import.meta.url)));
-const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
-const PATIENCE_MS = 60_000;
+const STANDOFF = process.env.STANDOFF;
 const HOSTILE = "<img src=x onerror=alert(1)>$(id)";
 const RUNS = 25;
 
 let folder;
-let browser;
 
 /** Runs the command; gives what it prints. */
 function standoff(...args) {
   return execFileSync(STANDOFF, args, { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
 }
 
-before(async () => {
+before(() => {
   folder = mkdtempSync(join(tmpdir(), "standoff-batch-"));
   const fly = ["--runs", String(RUNS), "--seed", "5", "--set", "duration_s=40", "--out"];
   standoff("monte-carlo", "paper/table-2-pair", ...fly, "a");
@@ -34,36 +29,16 @@ before(async () => {
   standoff("compare", "a", "b", "--report", "ab.html");
   writeFileSync(join(folder, `${HOSTILE}.toml`), standoff("scenarios", "tour/02-two-uavs"));
   standoff("monte-carlo", `${HOSTILE}.toml`, "--runs", "3", "--out", "hostile");
-  browser = await chromium.launch({
-    executablePath: CHROMIUM,
-    chromiumSandbox: process.getuid() !== 0,
-    args: ["--disable-gpu", "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND"],
-  });
 });
 
 after(async () => {
-  await browser?.close();
+  await leave();
   rmSync(folder, { recursive: true, force: true });
 });
 
 /** Opens a page, looks at it, and insists that it did nothing that no report may do. */
 async function opened(file, look) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
-  context.setDefaultTimeout(PATIENCE_MS);
-  await context.setOffline(true);
-  const page = await context.newPage();
-  const complaints = [];
-  page.on("console", (message) => {
-    if (message.type() === "error") complaints.push(message.text());
-  });
-  page.on("pageerror", (error) => complaints.push(error.message));
-  page.on("dialog", (dialog) => {
-    complaints.push(`dialog: ${dialog.message()}`);
-    dialog.dismiss();
-  });
-  page.on("request", (request) => {
-    if (!/^(file|blob|data):/.test(request.url())) complaints.push(`request: ${request.url()}`);
-  });
+  const { context, page, complaints } = await blank();
   await page.goto(pathToFileURL(join(folder, file)).href);
   await page.waitForSelector('body[data-ready="charts"]');
   await look(page);

@@ -1,16 +1,15 @@
-// Real Chromium, and reports opened in it from disk with every network blocked.
+// Real Chromium, reports opened in it from disk with every network blocked, and what is asked of them.
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
 import { join } from "node:path";
-import { after, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 import { chromium } from "playwright-core";
 
 const FLIGHTS = process.env.STANDOFF_FLIGHTS;
-const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
-assert.ok(FLIGHTS, "STANDOFF_FLIGHTS names the folder of runs to open: start the tests with scripts/check_in_browser");
+const CHROMIUM = process.env.CHROMIUM;
+assert.ok(FLIGHTS && CHROMIUM, "STANDOFF_FLIGHTS and CHROMIUM are set by scripts/check_in_browser, which starts the tests");
 
 /** Longest that anything may take on a busy machine, ms. */
 export const PATIENCE_MS = 60_000;
@@ -24,7 +23,7 @@ export function folder(flight) {
 
 let launched;
 
-/** The browser of this file's tests. */
+/** The browser; it is launched once. */
 export function browser() {
   launched ??= chromium.launch({
     executablePath: CHROMIUM,
@@ -33,7 +32,11 @@ export function browser() {
   });
   return launched;
 }
-after(async () => (await launched)?.close());
+
+/** Closes it. */
+export async function leave() {
+  await (await launched)?.close();
+}
 
 /** A page, and what it did that no report may do: errors, requests, dialogs, new windows. */
 export async function blank(options = {}) {
@@ -43,7 +46,7 @@ export async function blank(options = {}) {
   const page = await context.newPage();
   const complaints = [];
   page.on("console", (message) => {
-    if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()}`);
+    if (message.type() === "error") complaints.push(`console: ${message.text()}`);
   });
   page.on("pageerror", (error) => complaints.push(`error: ${error.message}`));
   page.on("dialog", (dialog) => {
@@ -64,21 +67,6 @@ export async function open(page, flight, ready = "charts") {
   const words = ready === "map" ? '[data-ready]' : `[data-ready="${ready}"]`;
   await page.waitForSelector(`body${words}`);
   await page.waitForSelector("body[data-pictures]");
-}
-
-/** A test of a report, which fails as well if the page complains. */
-export function inReport(name, { flight = "figure-9", ...options }, check) {
-  test(name, { timeout: 2 * PATIENCE_MS }, async () => {
-    const { context, page, complaints } = await blank(options);
-    try {
-      await open(page, flight);
-      await check(page);
-      await painted(page);
-      assert.deepEqual(complaints, []);
-    } finally {
-      await context.close();
-    }
-  });
 }
 
 /** Waits until everything asked for so far is shown. */

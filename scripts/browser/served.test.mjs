@@ -8,7 +8,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
-import { PATIENCE_MS, browser } from "./browser.mjs";
+import { PATIENCE_MS, browser, leave } from "./browser.mjs";
+
+after(leave);
 
 const STANDOFF = process.env.STANDOFF;
 assert.ok(STANDOFF, "STANDOFF names the command: start the tests with scripts/check_in_browser");

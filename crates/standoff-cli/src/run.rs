@@ -99,8 +99,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     })?;
     // If that file has failed, the record is published all the same.
     let filed = mcap.map_or(Ok(()), Mcap::close);
-    let outcome = tell(closed.dir(), closed.dir(), args.metrics.choice)?;
+    // Where there is no room for figures, the record, which is complete, is published all the same.
+    let told = tell(closed.dir(), closed.dir(), args.metrics.choice);
     closed.publish().map_err(Failure::running)?;
+    let outcome = told?;
     outcome.print(args.json, &out)?;
     let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics)));
     filed.and(shown)

@@ -92,6 +92,10 @@ pub(crate) fn setup(title: String, settings: &Settings) -> Setup {
     }
 }
 
+/// Writes a file, whole or not at all.
 fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))
+    fs::write(path, text).map_err(|reason| {
+        let _ = fs::remove_file(path);
+        Failure::running(format!("{}: {reason}", path.display()))
+    })
 }

@@ -238,3 +238,22 @@ fn help_has_examples_and_the_version_is_there() {
     assert!(text(&standoff(folder.path(), &["run", "--help"]).stdout).contains("Examples:"));
     assert_eq!(text(&standoff(folder.path(), &["--version"]).stdout), "standoff 0.1.0\n");
 }
+
+/// The size of files is limited here, to more than a table of the record has and less than the page needs.
+#[cfg(unix)]
+#[test]
+fn where_there_is_no_room_for_the_page_the_record_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let limited = "trap '' XFSZ; ulimit -f 2000; exec \"$0\" run tour/02-two-uavs --out o";
+    let mut shell = Command::new("sh");
+    shell.current_dir(folder.path()).args(["-c", limited, env!("CARGO_BIN_EXE_standoff")]);
+    let output = shell.output().unwrap();
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("report.html: File too large"), "{message}");
+    assert_eq!(names(folder.path()), ["o"]);
+    assert!(!names(&folder.path().join("o")).contains(&"report.html".to_owned()), "no half of it is left");
+    let shown = standoff(folder.path(), &["show", "o"]);
+    assert!(shown.status.success(), "{}", text(&shown.stderr));
+    assert!(folder.path().join("o/report.html").exists(), "it is made later");
+}

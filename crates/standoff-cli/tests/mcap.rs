@@ -70,12 +70,12 @@ mod with_the_feature {
         check_refused(|_| (), "o/a.mcap", "o/a.mcap: lies in the folder of the run");
     }
 
-    /// The file's size is limited here, to more than a table of the record has and less than the MCAP file needs.
+    /// The size of files is limited here, to more than any file of the record has and less than the MCAP file needs.
     #[cfg(unix)]
     #[test]
     fn a_disk_that_fills_up_costs_the_mcap_file_alone() {
         let folder = tempfile::tempdir().unwrap();
-        let limited = "trap '' XFSZ; ulimit -f 1200; exec \"$0\" run paper/figure-9 --mcap a.mcap --out o";
+        let limited = "trap '' XFSZ; ulimit -f 5000; exec \"$0\" run paper/figure-9 --mcap a.mcap --out o";
         let mut shell = Command::new("sh");
         let output = shell.current_dir(folder.path()).args(["-c", limited, STANDOFF]).output().unwrap();
         let message = String::from_utf8(output.stderr).unwrap();

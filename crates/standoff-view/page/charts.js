@@ -83,7 +83,7 @@ class Charts {
     const panels = PANELS.length;
     const names = this.film.ids.uavs.length + this.film.ids.groups.length;
     // The legend stands above the plots and the first title, in as many rows as it needs.
-    const top = 38 + 19 * Math.ceil((names * 88) / Math.max(this.place.clientWidth - LEFT - RIGHT, 88));
+    const top = 40 + 19 * Math.ceil((names * 88) / Math.max(this.place.clientWidth - LEFT - RIGHT, 88));
     const layout = {
       height: PANEL_HEIGHT * panels + top + 34,
       margin: { l: LEFT, r: RIGHT, t: top, b: 34 },
@@ -92,7 +92,7 @@ class Charts {
       font: { color: colours.ink, size: 11, family: "system-ui, sans-serif" },
       hovermode: "x",
       hoverlabel: { namelength: -1 },
-      legend: { orientation: "h", y: 1 + 14 / (PANEL_HEIGHT * panels), yanchor: "bottom", entrywidth: 60, itemclick: "toggleothers", itemdoubleclick: "toggle" },
+      legend: { orientation: "h", y: 1 + 16 / (PANEL_HEIGHT * panels), yanchor: "bottom", entrywidth: 60, itemclick: "toggleothers", itemdoubleclick: "toggle" },
       xaxis: { title: { text: "Time (s)" }, gridcolor: colours.grid, anchor: axis(panels - 1), zeroline: false,
         range: this.range_s ?? [this.film.times_s[0] ?? 0, Math.max(this.film.end_s, 1)] },
       shapes: [],
@@ -134,10 +134,12 @@ class Charts {
 
   /** Of another stretch of time, other points are shown. */
   zoomed(change) {
-    const from = change["xaxis.range[0]"];
-    const range_s = from === undefined ? null : [Number(from), Number(change["xaxis.range[1]"])];
-    if (!("xaxis.range[0]" in change) && !change["xaxis.autorange"]) return;
-    this.range_s = range_s;
+    // A drag changes the ends one by one, a double click both at once.
+    const range_s = (change["xaxis.range"] ?? [change["xaxis.range[0]"], change["xaxis.range[1]"]]).map(Number);
+    const known = range_s.every(Number.isFinite);
+    if (!known && !change["xaxis.autorange"]) return;
+    const isPart = known && (range_s[0] > this.film.times_s[0] || range_s[1] < this.film.end_s);
+    this.range_s = isPart ? range_s : null;
     this.draw();
   }
 
@@ -188,7 +190,7 @@ function axis(index) {
 function thinned(times_s, values, factor, range_s) {
   const from = range_s ? Math.max(0, lastNotAfter(times_s, range_s[0])) : 0;
   const to = range_s ? Math.min(times_s.length, lastNotAfter(times_s, range_s[1]) + 2) : times_s.length;
-  const stretch = Math.max(1, Math.ceil((2 * (to - from)) / POINTS));
+  const stretch = to - from <= POINTS ? 1 : Math.ceil((2 * (to - from)) / POINTS);
   const x = [];
   const y = [];
   const put = (k) => {

@@ -72,6 +72,9 @@ class MissionMap {
     this.resize();
     if (!this.fitted) this.fit(scene);
     this.centre(scene);
+    // Where the map looks, as text.
+    const { x_m, y_m, px_per_m } = this.camera;
+    Object.assign(this.canvas.dataset, { eastM: x_m, northM: y_m, pxPerM: px_per_m });
     const ratio = window.devicePixelRatio || 1;
     const pen = this.canvas.getContext("2d", { alpha: false });
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -326,14 +329,13 @@ class MissionMap {
 
   names(pen, scene) {
     pen.textBaseline = "middle";
+    pen.fillStyle = palette().ink;
     for (const uav of scene.uavs) {
       const [x, y] = this.camera.at(uav.x_m, uav.y_m);
-      pen.fillStyle = uavColour(this.film, uav.id);
       this.label(pen, `UAV ${uav.id}`, x + 15, y + 14);
     }
     for (const group of scene.groups) {
       const [x, y] = this.camera.at(group.x_m, group.y_m);
-      pen.fillStyle = groupColour(this.film, group.id);
       this.label(pen, `group ${group.id}`, x + 8, y - 10);
     }
     const inSight = (scene.targets ?? []).filter((target) => target.tracked && this.camera.sees(target.x_m, target.y_m, 0));
@@ -341,7 +343,6 @@ class MissionMap {
     pen.font = "11px system-ui, sans-serif";
     for (const target of inSight) {
       const [x, y] = this.camera.at(target.x_m, target.y_m);
-      pen.fillStyle = palette().ink;
       const words = concern(target);
       const also = words && words !== "out of view" ? ` (${words})` : "";
       this.label(pen, `${short(this.film.head.targets[target.id] ?? target.id)}${also}`, x + 8, y + 10);

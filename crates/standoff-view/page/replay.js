@@ -114,7 +114,6 @@ async function load(page, source) {
         document.body.dataset.ready = "charts";
       }
     } catch (error) {
-      element("warning").hidden = false;
       element("warning").textContent = `The data could not be read: ${error.message}`;
     } finally {
       loading = false;
@@ -239,9 +238,11 @@ function connect(page, scene) {
     if (key.ctrlKey || key.metaKey || key.altKey || element("help").open) return;
     // Lists, sliders and buttons keep the keys that work them.
     const at = key.target;
-    if (at.closest("select, input:not([type=checkbox]), textarea") && key.key !== "?") return;
-    if (at.closest("button, summary, input, a") && [" ", "Enter"].includes(key.key)) return;
-    if (at.closest("[role=tablist], .scrolled") && key.key.startsWith("Arrow")) return;
+    if (at.closest("select")) return;
+    if (at.closest("[type=range]") && /^(Arrow|Home|End|Page)/.test(key.key)) return;
+    if (at.closest("button, summary, [type=checkbox]") && [" ", "Enter"].includes(key.key)) return;
+    const wide = at.closest(".scrolled")?.scrollWidth > at.closest(".scrolled")?.clientWidth;
+    if ((wide || at.closest("[role=tablist]")) && key.key.startsWith("Arrow")) return;
     const act = keys[key.key];
     if (!act) return;
     key.preventDefault();
@@ -288,16 +289,17 @@ function pointer({ map, film, renew }) {
     if (map.ruler) map.ruler = { from: camera.world(...place(event)), to: null };
   });
   canvas.addEventListener("pointermove", (event) => {
-    say(...place(event));
-    const before = down.get(event.pointerId);
-    if (!before) return;
     const [x, y] = place(event);
+    const before = down.get(event.pointerId);
+    if (!before) return say(x, y);
     if (map.ruler) {
       map.ruler.to = camera.world(x, y);
       element("measured").textContent = map.measured();
     } else if (down.size === 2) {
       const [other] = [...down].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
       const apart = (a, b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
+      // What is between the fingers stays there.
+      camera.pan((x - before[0]) / 2, (y - before[1]) / 2);
       camera.zoom(apart([x, y], other) / apart(before, other), (x + other[0]) / 2, (y + other[1]) / 2);
     } else {
       if (map.followed && Math.hypot(x - before[0], y - before[1]) > 3) {
@@ -307,6 +309,7 @@ function pointer({ map, film, renew }) {
       camera.pan(x - before[0], y - before[1]);
     }
     down.set(event.pointerId, [x, y]);
+    say(x, y);
     renew();
   });
   for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, (event) => down.delete(event.pointerId));

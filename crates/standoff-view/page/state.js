@@ -91,7 +91,6 @@ class State {
     this.said = text;
     this.warning.textContent = text;
     this.warning.classList.toggle("grave", kinds.has("out of view"));
-    this.warning.hidden = text === "";
   }
 }
 

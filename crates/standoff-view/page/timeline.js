@@ -117,7 +117,7 @@ class Timeline {
   /** Moves the slider with the clock. */
   follow() {
     const { time_s } = this.clock;
-    if (document.activeElement !== this.slider || this.clock.playing) this.slider.value = time_s;
+    this.slider.value = time_s;
     this.slider.setAttribute("aria-valuetext", `${time_s.toFixed(1)} seconds`);
   }
 }

@@ -1,0 +1,206 @@
+// For everybody: roles and names, what is told without pixels, contrast, the keyboard alone, small screens.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+
+import { goTo, open, painted } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+import { recordOf } from "./record.mjs";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const THEMES = ["light", "dark"];
+const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
+const DESKTOP = { viewport: { width: 1280, height: 720 } };
+
+async function lastTime(page) {
+  return page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max));
+}
+
+/** Holds what is on show against axe-core's rules. */
+async function axe(page, what) {
+  await page.evaluate(AXE);
+  const { violations, passes } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  const told = violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.target}: ${node.any.map((any) => any.message)}`));
+  assert.deepEqual(told, [], what);
+  assert.ok(passes.some((rule) => rule.id === "color-contrast"), "contrast was looked at");
+}
+
+for (const theme of THEMES) {
+  inReport(`axe-core finds nothing in any panel: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
+    await goTo(page, 27);
+    for (const name of ["Charts", "State", "Events", "Outcome"]) {
+      await page.getByRole("tab", { name }).click();
+      await axe(page, `${name}, ${theme}`);
+    }
+    await page.locator("summary").click();
+    await page.getByRole("button", { name: "Keys" }).click();
+    await axe(page, `help and layers, ${theme}`);
+  });
+}
+
+/** Contrast of two colours, as WCAG 2 defines it. */
+function contrast(a, b) {
+  const luminance = (colour) => {
+    const linear = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
+    const [r, g, b] = [1, 3, 5].map((at) => linear(parseInt(colour.slice(at, at + 2), 16) / 255));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const [low, high] = [luminance(a), luminance(b)].sort((x, y) => x - y);
+  return (high + 0.05) / (low + 0.05);
+}
+
+for (const theme of THEMES) {
+  inReport(`text on the map and in the charts has a contrast of 4.5, curves of 3: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
+    await page.evaluate(() => {
+      window.written = [];
+      const { fillText } = CanvasRenderingContext2D.prototype;
+      CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+        window.written.push([text, this.fillStyle]);
+        return fillText.call(this, text, ...rest);
+      };
+    });
+    await goTo(page, 27);
+    const { written, ground, inks, curves } = await page.evaluate(() => {
+      const { layout, data } = document.getElementById("charts");
+      const inks = [layout.font.color, ...layout.annotations.map((words) => words.font.color)];
+      return { written: window.written, ground: layout.plot_bgcolor, inks, curves: data.map((curve) => curve.line.color) };
+    });
+    for (const words of ["N", "UAV 0", "group 1", "target-1", "out of view"]) {
+      assert.ok(written.some(([text]) => text === words), `${words} is on the map`);
+    }
+    for (const [text, ink] of written) assert.ok(contrast(ink, ground) >= 4.5, `${text}, ${ink}: ${contrast(ink, ground)}`);
+    for (const ink of inks) assert.ok(contrast(ink, ground) >= 4.5, `${ink}: ${contrast(ink, ground)}`);
+    for (const curve of curves) assert.ok(contrast(curve, ground) >= 3, `${curve}: ${contrast(curve, ground)}`);
+  });
+}
+
+inReport("the theme is the system's until another is chosen, and that one stays", { colorScheme: "dark" }, async (page) => {
+  const theme = () => page.evaluate(() => document.documentElement.dataset.theme);
+  const ground = async () => {
+    await painted(page);
+    return page.evaluate(() => {
+      const map = document.getElementById("map");
+      const corner = [...map.getContext("2d").getImageData(map.width - 3, 3, 1, 1).data];
+      return { page: getComputedStyle(document.body).backgroundColor, map: `rgb(${corner.slice(0, 3).join(", ")})` };
+    });
+  };
+  const dark = await ground();
+  assert.equal(await theme(), "dark");
+  assert.equal(dark.map, dark.page);
+  await page.emulateMedia({ colorScheme: "light" });
+  await page.waitForFunction(() => document.documentElement.dataset.theme === "light");
+  const light = await ground();
+  assert.equal(light.map, light.page);
+  assert.notEqual(light.page, dark.page);
+  await page.getByRole("button", { name: "Theme" }).click();
+  assert.deepEqual(await ground(), dark);
+  await page.waitForFunction((colour) => document.getElementById("charts").layout.plot_bgcolor === colour, "#11161c");
+  await page.keyboard.press("t");
+  assert.equal(await theme(), "light");
+  await page.keyboard.press("t");
+  await open(page, "figure-9");
+  assert.equal(await theme(), "dark", "a page opened again remembers");
+});
+
+inReport("roles and names tell what there is, and what is out of view", { flight: "slips" }, async (page) => {
+  for (const [role, name] of [["banner", ""], ["main", ""], ["contentinfo", "Time"], ["complementary", "Charts, state and events"],
+    ["region", "Map"], ["tablist", "What is shown beside the map"], ["tabpanel", "Charts"], ["slider", "Time"],
+    ["combobox", "Follow"], ["combobox", "Speed"], ["button", "Play"], ["button", "Ruler"]]) {
+    assert.equal(await page.getByRole(role, name ? { name, exact: true } : {}).count(), 1, `${role} ${name}`);
+  }
+  const record = recordOf("slips");
+  const hidden = [...record.rows("targets", 27)].filter(([, target]) => target.in_view === false && target.group !== null);
+  assert.equal(hidden.length, 1);
+  const status = page.locator("#warning");
+  assert.equal(await status.getAttribute("role"), "status");
+  assert.equal(await status.getAttribute("aria-live"), "polite");
+  await goTo(page, 10);
+  assert.equal(await status.textContent(), "");
+  // A region that is not there when the words come is not read out.
+  assert.notEqual(await status.evaluate((region) => getComputedStyle(region).display), "none");
+  assert.equal(await page.getByRole("img").first().getAttribute("aria-label"), "Map at 10.0 seconds: 4 UAVs, 2 groups, 7 targets, none out of view");
+  await goTo(page, 27);
+  assert.match(await status.textContent(), new RegExp(`^1 out of view: ${record.names[hidden[0][0]]}`));
+  assert.equal(await status.getAttribute("class"), "grave");
+  assert.equal(await page.getByRole("img").first().getAttribute("aria-label"), "Map at 27.0 seconds: 4 UAVs, 2 groups, 7 targets, 1 out of view");
+  await page.getByRole("tab", { name: "State" }).click();
+  for (const name of ["UAVs", "Groups", "Targets, those to note first"]) assert.equal(await page.getByRole("table", { name }).count(), 1, name);
+  const rowheads = await page.getByRole("table", { name: "UAVs" }).getByRole("columnheader").allTextContents();
+  assert.ok(rowheads.includes("Speed (m/s)"));
+});
+
+inReport("the keyboard alone reaches every control, sees where it is, and gets out again", {}, async (page) => {
+  const walk = async () => {
+    const seen = [];
+    for (;;) {
+      await page.keyboard.press("Tab");
+      const at = await page.evaluate(() => {
+        const { activeElement } = document;
+        if (!activeElement || activeElement === document.body) return null;
+        const style = getComputedStyle(activeElement);
+        const box = activeElement.getBoundingClientRect();
+        return {
+          id: activeElement.id || activeElement.tagName.toLowerCase(),
+          ring: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2,
+          inSight: box.width > 0 && box.top >= 0 && box.left >= 0 && box.bottom <= innerHeight && box.right <= innerWidth,
+        };
+      });
+      if (!at || seen.some((one) => one.id === at.id)) return seen;
+      assert.ok(at.ring, `${at.id} shows that it has the focus`);
+      assert.ok(at.inSight, `${at.id} is in sight`);
+      seen.push(at);
+      assert.ok(seen.length < 60, "the walk ends");
+    }
+  };
+  const names = (await walk()).map((at) => at.id);
+  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "summary", "tab-charts", "png", "csv",
+    "play", "back", "on", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
+  assert.ok(!names.includes("tab-state"), "tabs are one stop");
+  await page.getByRole("tab", { name: "Charts" }).focus();
+  for (const name of ["State", "Events", "Outcome", "Charts", "State"]) {
+    await page.keyboard.press("ArrowRight");
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), name);
+    assert.equal(await page.getByRole("tab", { name }).getAttribute("aria-selected"), "true");
+    assert.equal(await page.getByRole("tabpanel").count(), 1);
+    assert.equal(await page.getByRole("tabpanel", { name }).count(), 1);
+  }
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "panel-state");
+  await page.keyboard.press("?");
+  assert.equal(await page.getByRole("dialog", { name: "Keyboard" }).count(), 1);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.getByRole("dialog").count(), 0);
+  assert.equal(await page.evaluate(() => document.activeElement.id), "panel-state", "the focus is back where it was");
+});
+
+for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a tablet", "figure-9", TABLET],
+  ["1280x720, with a long name", "hostile-name", DESKTOP]]) {
+  inReport(`everything has its place on ${screen}: no overlap, nothing cut off, no scrolling sideways`, { flight, ...options }, async (page) => {
+    await goTo(page, await lastTime(page));
+    await page.getByRole("button", { name: "Ruler" }).click();
+    for (const name of ["Charts", "State", "Events", "Outcome"]) {
+      await page.getByRole("tab", { name }).click();
+      const { scrolls, boxes, outside } = await page.evaluate(() => {
+        const root = document.scrollingElement;
+        const visible = [...document.querySelectorAll("header > *, .tools > *, #where, [role=tab], .bar > *, footer > *")]
+          .map((one) => [one.id || one.textContent.trim().slice(0, 20), one.getBoundingClientRect()])
+          .filter(([, box]) => box.width > 0 && box.height > 0);
+        return {
+          scrolls: root.scrollHeight > root.clientHeight || [root, ...document.querySelectorAll(".scrolled")].some((one) => one.scrollWidth > one.clientWidth),
+          boxes: visible.map(([name, { left, top, right, bottom }]) => ({ name, left, top, right, bottom })),
+          outside: visible.filter(([, box]) => box.left < 0 || box.top < 0 || box.right > innerWidth || box.bottom > innerHeight).map(([name]) => name),
+        };
+      });
+      assert.ok(!scrolls, "the page does not scroll, and no panel sideways");
+      assert.deepEqual(outside, []);
+      assert.ok(boxes.length > 15, `${boxes.length} things are looked at`);
+      for (const [k, a] of boxes.entries()) {
+        for (const b of boxes.slice(k + 1)) {
+          const apart = a.right <= b.left + 0.5 || b.right <= a.left + 0.5 || a.bottom <= b.top + 0.5 || b.bottom <= a.top + 0.5;
+          assert.ok(apart, `${a.name} and ${b.name} overlap: ${JSON.stringify([a, b])}`);
+        }
+      }
+    }
+  });
+}

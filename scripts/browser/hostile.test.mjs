@@ -1,0 +1,55 @@
+// Names from strangers' files stay text.
+
+import assert from "node:assert/strict";
+
+import { goTo, painted } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+import { NAMES, SCENARIO } from "./hostile.mjs";
+
+/** A name as the page shows it: without what cannot be seen, and not too long. */
+function short(name) {
+  const seen = name.replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]/g, "\ufffd");
+  return seen.length > 24 ? `${seen.slice(0, 23)}\u2026` : seen;
+}
+
+/** Elements that only a name could have brought, and attributes that act. */
+async function foreign(page) {
+  return page.evaluate(() => [
+    ...[...document.querySelectorAll("img, iframe, object, embed, link, base, form:not([method=dialog])")].map((found) => found.outerHTML),
+    ...[...document.querySelectorAll("*")].flatMap((found) => found.getAttributeNames().filter((name) => name.startsWith("on"))),
+    ...[...document.scripts].filter((script) => !script.dataset.part && !script.src.startsWith("blob:")).slice(1).map((script) => script.outerHTML),
+    ...[...document.querySelectorAll("a[href]")].map((link) => link.href).filter((href) => /^javascript:/i.test(href)),
+  ]);
+}
+
+inReport("names of vehicles stay text in tables, events, marks, on the map and in warnings", { flight: "hostile" }, async (page) => {
+  await page.getByRole("tab", { name: "State" }).click();
+  const named = () => page.locator('#targets td[data-field="name"]').allTextContents();
+  for (const time_s of [0, 30, 60]) {
+    await goTo(page, time_s);
+    assert.deepEqual((await named()).sort(), NAMES.map(short).sort());
+    assert.deepEqual(await foreign(page), []);
+  }
+  await page.getByRole("tab", { name: "Events" }).click();
+  await page.getByLabel("routine, too").check();
+  await page.getByLabel("Kind").selectOption("cued");
+  const events = await page.locator("#events li").allTextContents();
+  assert.equal(events.length, NAMES.length);
+  for (const name of NAMES) assert.ok(events.some((words) => words.includes(` ${short(name)}, `) || words.includes(` ${short(name)}:`)), short(name));
+  await page.getByLabel("Kind").selectOption("discarded");
+  await page.locator("#events button").click();
+  await painted(page);
+  const warning = await page.getByRole("status").first().textContent();
+  assert.ok(NAMES.some((name) => warning.includes(`discarded: ${short(name)}`)), warning);
+  await page.locator("#marks").hover({ position: await page.locator("#marks").evaluate((marks) => ({ x: (53.5 / 60) * marks.clientWidth, y: 8 })) });
+  assert.match(await page.locator("#marks").getAttribute("title"), /discarded|orbit-infeasible/);
+  assert.deepEqual(await foreign(page), []);
+});
+
+inReport("the name of a scenario stays text, in the title, the heading and the names of files", { flight: "hostile-name" }, async (page) => {
+  assert.equal(await page.title(), `${SCENARIO}, seed 1 \u2013 standoff`);
+  assert.equal(await page.getByRole("heading", { level: 1 }).textContent(), `${SCENARIO}, seed 1`);
+  assert.deepEqual(await foreign(page), []);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save CSV" }).click()]);
+  assert.match(download.suggestedFilename(), /^[A-Za-z0-9._-]+\.csv$/);
+});

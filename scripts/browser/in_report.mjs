@@ -1,0 +1,23 @@
+// Tests of a report.
+
+import assert from "node:assert/strict";
+import { after, test } from "node:test";
+
+import { blank, leave, open, painted, PATIENCE_MS } from "./browser.mjs";
+
+after(leave);
+
+/** A test of a report, which fails as well if the page complains. */
+export function inReport(name, { flight = "figure-9", ...options }, check) {
+  test(name, { timeout: 2 * PATIENCE_MS }, async () => {
+    const { context, page, complaints } = await blank(options);
+    try {
+      await open(page, flight);
+      await check(page);
+      await painted(page);
+      assert.deepEqual(complaints, []);
+    } finally {
+      await context.close();
+    }
+  });
+}

@@ -1,0 +1,183 @@
+// The map: what it follows, its layers, zoom, pan, ruler; with a mouse, keys and fingers.
+
+import assert from "node:assert/strict";
+
+import { camera, goTo, painted, picture } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+import { recordOf } from "./record.mjs";
+
+const record = recordOf("figure-9");
+
+/** A place on the map, counted from its upper left corner, as a place on the page. */
+async function on(page, x, y) {
+  const box = await page.locator("#map").boundingBox();
+  return [box.x + x, box.y + y];
+}
+
+async function drag(page, from, to) {
+  await page.mouse.move(...(await on(page, ...from)));
+  await page.mouse.down();
+  await page.mouse.move(...(await on(page, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2)));
+  await page.mouse.move(...(await on(page, ...to)));
+  await page.mouse.up();
+}
+
+function near(value, wanted, tolerance, what) {
+  assert.ok(Math.abs(value - wanted) <= tolerance, `${what}: ${value}, not ${wanted} within ${tolerance}`);
+}
+
+/** The middle of the map, px. */
+async function middle(page) {
+  return page.locator("#map").evaluate((canvas) => [canvas.clientWidth / 2, canvas.clientHeight / 2]);
+}
+
+inReport("the map follows a UAV or a group, until it is dragged", {}, async (page) => {
+  const follow = page.getByLabel("Follow");
+  for (const [value, table, id] of [["uav 3", "uavs", 3], ["group 1", "groups", 1]]) {
+    await follow.selectOption(value);
+    for (const time_s of [10, 60]) {
+      await goTo(page, time_s);
+      const { x_m, y_m } = record.rows(table, time_s).get(id);
+      const seen = await camera(page);
+      near(seen.x_m, x_m, 1e-3, `${value} east`);
+      near(seen.y_m, y_m, 1e-3, `${value} north`);
+    }
+  }
+  await goTo(page, 20.25);
+  const [before, after] = [20, 20.5].map((time_s) => record.rows("groups", time_s).get(1));
+  near((await camera(page)).x_m, (before.x_m + after.x_m) / 2, 1e-3, "between two instants, between their places");
+  await drag(page, [300, 300], [330, 300]);
+  assert.equal(await follow.inputValue(), "");
+  const held = await camera(page);
+  await goTo(page, 90);
+  assert.deepEqual(await camera(page), held, "what follows nothing stays where it is");
+  await page.locator("#map").focus();
+  await page.keyboard.press("f");
+  assert.equal(await follow.inputValue(), "group 0");
+});
+
+inReport("each layer can be taken away and put back", {}, async (page) => {
+  await goTo(page, 40);
+  await page.locator("summary").click();
+  const layers = page.getByRole("group", { name: "Layers" }).getByRole("checkbox");
+  const count = await layers.count();
+  assert.equal(count, 10);
+  const whole = await picture(page);
+  for (let k = 0; k < count; k++) {
+    const layer = layers.nth(k);
+    const name = (await layer.getAttribute("name")).replace("layer-", "");
+    assert.ok(await layer.isChecked());
+    await layer.click();
+    assert.notEqual(await picture(page), whole, `without ${name} the picture is another one`);
+    const shown = (await page.locator("#map").getAttribute("data-layers")).split(" ");
+    assert.ok(shown.length === count - 1 && !shown.includes(name), `${name} is not among ${shown}`);
+    await layer.click();
+    assert.equal(await picture(page), whole, `with ${name} it is the same again`);
+  }
+});
+
+inReport("zoom keeps what is under the pointer, and fit shows all again", {}, async (page) => {
+  const first = await camera(page);
+  const [x, y] = [200, 150];
+  const [cx, cy] = await middle(page);
+  const under = ({ x_m, y_m, px_per_m }) => [x_m + (x - cx) / px_per_m, y_m - (y - cy) / px_per_m];
+  await page.mouse.move(...(await on(page, x, y)));
+  await page.mouse.wheel(0, -300);
+  await page.waitForFunction((scale) => Number(document.getElementById("map").dataset.pxPerM) > scale * 1.2, first.px_per_m);
+  const zoomed = await camera(page);
+  near(under(zoomed)[0], under(first)[0], 0.01, "east of what is under the pointer");
+  near(under(zoomed)[1], under(first)[1], 0.01, "north of it");
+  await page.getByRole("button", { name: "Fit" }).click();
+  assert.deepEqual(await camera(page), first);
+  for (const [button, key, way] of [["Zoom in", "+", 1], ["Zoom out", "-", -1]]) {
+    await page.getByRole("button", { name: button }).click();
+    const once = await camera(page);
+    assert.ok((once.px_per_m - first.px_per_m) * way > 0, button);
+    near(once.x_m, first.x_m, 1e-6, "the middle stays");
+    await page.keyboard.press(key);
+    assert.ok(((await camera(page)).px_per_m - once.px_per_m) * way > 0, key);
+    await page.keyboard.press("0");
+    assert.deepEqual(await camera(page), first);
+  }
+});
+
+inReport("the map can be dragged, and tells what is under the pointer", {}, async (page) => {
+  const first = await camera(page);
+  await drag(page, [300, 300], [340, 270]);
+  const now = await camera(page);
+  near(now.x_m, first.x_m - 40 / first.px_per_m, 1e-6, "east");
+  near(now.y_m, first.y_m - 30 / first.px_per_m, 1e-6, "north");
+  const [cx, cy] = await middle(page);
+  const words = await page.locator("#where").textContent();
+  const [, east, north] = words.replaceAll("\u2212", "-").match(/^(-?\d+) m east, (-?\d+) m north$/);
+  near(Number(east), now.x_m + (340 - cx) / now.px_per_m, 0.51, "east");
+  near(Number(north), now.y_m - (270 - cy) / now.px_per_m, 0.51, "north");
+});
+
+inReport("the ruler measures to a pixel, and tells the compass bearing", {}, async (page) => {
+  await page.getByRole("button", { name: "Ruler" }).click();
+  const { px_per_m } = await camera(page);
+  for (const [to, dx, dy, bearing] of [[[400, 300], 100, 0, "090"], [[300, 200], 0, -100, "000"], [[240, 380], -60, 80, "217"]]) {
+    const before = await camera(page);
+    await drag(page, [300, 300], to);
+    const words = await page.locator("#measured").textContent();
+    const [, metres, degrees] = words.match(/^(\d+) m, bearing (\d+)\u00b0$/);
+    near(Number(metres), Math.hypot(dx, dy) / px_per_m, 1 / px_per_m, "distance");
+    assert.equal(degrees, bearing);
+    assert.deepEqual(await camera(page), before, "measuring does not move the map");
+  }
+  const ruled = await picture(page);
+  await page.keyboard.press("r");
+  assert.notEqual(await picture(page), ruled, "the ruler's line goes");
+  assert.equal(await page.locator("#measured").textContent(), "");
+  assert.equal(await page.getByRole("button", { name: "Ruler" }).getAttribute("aria-pressed"), "false");
+});
+
+inReport("where the scenario has an origin, the map tells latitude and longitude", { flight: "hostile" }, async (page) => {
+  // The first vehicle of the file starts at the origin.
+  await page.getByLabel("Follow").selectOption("group 0");
+  const seen = await camera(page);
+  const [cx, cy] = await middle(page);
+  const origin = [cx - seen.x_m * seen.px_per_m, cy + seen.y_m * seen.px_per_m];
+  await page.mouse.move(...(await on(page, ...origin)));
+  const words = (await page.locator("#where").textContent()).replaceAll("\u2212", "-");
+  const [, lat, lon] = words.match(/, (-?[\d.]+)\u00b0 N (-?[\d.]+)\u00b0 E$/);
+  const metres_per_degree = 111_200;
+  near((Number(lat) - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "north of the origin");
+  near((Number(lon) - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "east of it");
+});
+
+const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
+
+inReport("on a tablet one finger drags the map, and two zoom it", TABLET, async (page) => {
+  const session = await page.context().newCDPSession(page);
+  const touch = async (type, ...places) => {
+    const touchPoints = [];
+    for (const [id, place] of places.entries()) {
+      const [x, y] = await on(page, ...place);
+      touchPoints.push({ x, y, id });
+    }
+    await session.send("Input.dispatchTouchEvent", { type, touchPoints });
+  };
+  const first = await camera(page);
+  await touch("touchStart", [300, 200]);
+  await touch("touchMove", [320, 210]);
+  await touch("touchMove", [350, 240]);
+  await touch("touchEnd");
+  const dragged = await camera(page);
+  near(dragged.x_m, first.x_m - 50 / first.px_per_m, 1 / first.px_per_m, "east");
+  near(dragged.y_m, first.y_m + 40 / first.px_per_m, 1 / first.px_per_m, "north");
+  await touch("touchStart", [300, 250]);
+  await touch("touchStart", [300, 250], [400, 250]);
+  await touch("touchMove", [275, 250], [425, 250]);
+  await touch("touchMove", [250, 250], [450, 250]);
+  await touch("touchEnd");
+  const pinched = await camera(page);
+  near(pinched.px_per_m / first.px_per_m, 2, 0.02, "two fingers twice as far apart zoom to twice the scale");
+  const [cx, cy] = await middle(page);
+  const under = ({ x_m, y_m, px_per_m }) => [x_m + (350 - cx) / px_per_m, y_m - (250 - cy) / px_per_m];
+  near(under(pinched)[0], under(dragged)[0], 1 / pinched.px_per_m, "what is between the fingers stays there");
+  near(under(pinched)[1], under(dragged)[1], 1 / pinched.px_per_m, "what is between the fingers stays there");
+  assert.equal(await page.evaluate(() => visualViewport.scale), 1, "the page itself is not zoomed");
+  await painted(page);
+});

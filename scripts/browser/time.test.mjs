@@ -1,0 +1,99 @@
+// Time: playing, scrubbing, speeds.
+
+import assert from "node:assert/strict";
+
+import { clock, goTo, painted } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+
+/** Lets time pass in the page alone, so that a busy machine changes nothing. */
+async function pass(page, ms) {
+  await page.clock.runFor(ms);
+}
+
+inReport("a report opens from disk with its title, a first picture and charts", {}, async (page) => {
+  assert.equal(await page.title(), "paper/figure-9, seed 1 \u2013 standoff");
+  assert.equal(await page.getByRole("heading", { level: 1 }).textContent(), "paper/figure-9, seed 1");
+  assert.equal(await clock(page), 0);
+  const inks = await page.locator("#map").evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(new Uint32Array(data.buffer)).size;
+  });
+  assert.ok(inks > 50, `the map has ${inks} colours`);
+  assert.ok((await page.locator("#charts .scatterlayer .trace").count()) > 10);
+});
+
+inReport("playing moves time on at the chosen speed, and pauses at the end", {}, async (page) => {
+  await page.clock.install();
+  for (const speed of ["0.25", "1", "4", "32"]) {
+    await page.getByLabel("Speed").selectOption(speed);
+    await goTo(page, 10);
+    await page.getByRole("button", { name: "Play", exact: true }).click();
+    await pass(page, 1000);
+    const playing = await clock(page);
+    await page.getByRole("button", { name: "Pause" }).click();
+    await pass(page, 1000);
+    // A picture more or less, and the tables' fifth of a second.
+    assert.ok(Math.abs(playing - 10 - Number(speed)) <= 0.25 * Number(speed), `at ${speed}x a second shows ${playing - 10} s`);
+    const paused = await clock(page);
+    await pass(page, 1000);
+    assert.equal(await clock(page), paused, "paused time stands still");
+  }
+  await page.getByRole("button", { name: "Play", exact: true }).click();
+  await pass(page, 5000);
+  assert.equal(await clock(page), 100);
+  assert.equal(await page.locator("#play").textContent(), "Play");
+  assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "false");
+  await page.getByRole("button", { name: "Play", exact: true }).click();
+  await pass(page, 300);
+  assert.ok((await clock(page)) < 100, "played again, it starts anew");
+});
+
+inReport("the slider, the arrows and their buttons scrub", {}, async (page) => {
+  const slider = page.getByRole("slider", { name: "Time" });
+  const box = await slider.boundingBox();
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  await painted(page);
+  assert.ok(Math.abs((await clock(page)) - 50) < 0.5, "a click in the middle is half-time");
+  const at = async (time_s, what) => {
+    await painted(page);
+    assert.equal(await clock(page), time_s, what);
+    assert.equal(Number(await slider.inputValue()), time_s, `${what}: the slider follows`);
+    assert.equal(await slider.getAttribute("aria-valuetext"), `${time_s.toFixed(1)} seconds`);
+    assert.equal(await page.locator("#clock").textContent(), `${time_s.toFixed(1)} s`);
+  };
+  await page.locator("#map").focus();
+  const steps = [["Home", 0], ["ArrowRight", 0.5], ["ArrowRight", 1], ["ArrowLeft", 0.5], ["Shift+ArrowRight", 10.5],
+    ["Shift+ArrowLeft", 0.5], ["Shift+ArrowLeft", 0], ["End", 100], ["ArrowRight", 100]];
+  for (const [key, time_s] of steps) {
+    await page.keyboard.press(key);
+    await at(time_s, key);
+  }
+  await page.getByRole("button", { name: "Instant back" }).click();
+  await at(99.5, "an instant back");
+  await page.getByRole("button", { name: "Instant on" }).click();
+  await at(100, "an instant on");
+  await goTo(page, 33.3);
+  await page.keyboard.press("ArrowRight");
+  await at(33.5, "from between two instants to the next");
+});
+
+inReport("keys play, change the speed and go from event to event, also while the slider has the focus", {}, async (page) => {
+  const slider = page.getByRole("slider", { name: "Time" });
+  await slider.focus();
+  await page.keyboard.press("n");
+  await painted(page);
+  assert.equal(await clock(page), 32);
+  assert.equal(Number(await slider.inputValue()), 32);
+  await page.keyboard.press("n");
+  await page.keyboard.press("p");
+  await painted(page);
+  assert.equal(await clock(page), 32);
+  for (const [key, speed] of [["]", "2"], ["]", "4"], ["[", "2"], ["[", "1"], ["[", "0.5"], ["[", "0.25"], ["[", "0.25"]]) {
+    await page.keyboard.press(key);
+    assert.equal(await page.getByLabel("Speed").inputValue(), speed);
+  }
+  await page.keyboard.press(" ");
+  assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "true");
+  await page.keyboard.press(" ");
+  assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "false");
+});

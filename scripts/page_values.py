@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Work out from a record what its page has to show.
+
+Usage: page_values.py <record folder> > values.json
+
+Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("uavs", "groups", "targets"), id and column,
+one value for every instant; null for what there is not. Columns have the names and units of the record. Those that the
+record does not hold are recomputed with check_equations.py, as docs/metrics.md defines them. Needs requirements.txt.
+"""
+
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from check_equations import POSITION, Record, direction, equation_15, equations_5_6, in_view, inverse, jacobian
+from check_equations import looks_by_target, stacked, wrap
+
+UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m"]
+GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
+TARGETS = ["status", "place", "group", "to_group"]
+
+
+def main(arguments):
+    if len(arguments) != 1:
+        print(__doc__.strip(), file=sys.stderr)
+        return 2
+    record = Record(Path(arguments[0]))
+    times, bounds = record.times, bounds_by_time(record)
+    page = {
+        "times_s": [time / 1e6 for time in times],
+        "names": [row.name for row in sorted(record.rows("targets"), key=lambda row: row.target)],
+        "events": [vars(event) for time in sorted(record.events) for event in record.events[time]],
+        "uavs": columns(times, lambda time: {uav: uav_values(record, time, row) for uav, row in record.uavs[time].items()}),
+        "groups": columns(times, lambda time: {
+            group: group_values(record, time, row, bounds) for group, row in record.groups[time].items()}),
+        "targets": columns(times, lambda time: target_values(record, time)),
+    }
+    json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)
+    return 0
+
+
+def columns(times, rows):
+    """{id: {column: values over time}} from a function that gives {id: {column: value}} of a time."""
+    found = {}
+    for place, time in enumerate(times):
+        for one, row in rows(time).items():
+            for column, value in row.items():
+                found.setdefault(one, {}).setdefault(column, [None] * len(times))[place] = value
+    return found
+
+
+def uav_values(record, time, row):
+    values = {name: getattr(row, name) for name in UAVS} | {"line_of_sight_rad": None, "standoff_error_m": None}
+    if row.group is None:
+        return values
+    truth = record.truth[time]
+    duty = [truth[target].position for target in record.duty(time, row.group) if target in truth]
+    if duty and row.boresight_rad is not None:
+        values["line_of_sight_rad"] = max(abs(wrap(direction(at - row.position) - row.boresight_rad)) for at in duty)
+    members = true_members(record, time, row.group)
+    if members:
+        centroid = np.mean(members, axis=0)
+        spread = max(np.hypot(*(member - centroid)) for member in members)
+        radius = equation_15(record.scenario, spread, 0.0, 0.0)[1]
+        values["standoff_error_m"] = np.hypot(*(row.position - centroid)) - radius
+    return values
+
+
+def group_values(record, time, row, bounds):
+    values = {name: getattr(row, name) for name in GROUPS}
+    crew = [uav for uav in record.uavs[time].values() if uav.group == row.group]
+    phase, wanted = separation(record, [uav.phase_rad for uav in crew])
+    errors, variances = [], []
+    for target in record.duty(time, row.group):
+        if target in record.truth[time]:
+            error = record.tracks[time][target].position - record.truth[time][target].position
+            errors.append(error @ error)
+            variances.append(bounds[time].get(target, np.nan))
+    bound = np.sqrt(np.mean(variances)) if variances else np.nan
+    return values | {
+        "phase_rad": phase,
+        "phase_wanted_rad": wanted,
+        "position_error_m": np.sqrt(np.mean(errors)) if errors else None,
+        "position_bound_m": None if np.isnan(bound) else bound,
+        "scan_sd_m": scan_sd(record, true_members(record, time, row.group), crew),
+    }
+
+
+def true_members(record, time, group):
+    truth = record.truth[time]
+    return [truth[target].position for target in record.members(time, group) if target in truth]
+
+
+def separation(record, phases):
+    """Of the UAVs on one orbit, the separation that is furthest from what is wanted; and what is wanted."""
+    if len(phases) < 2 or None in phases:
+        return None, None
+    if len(phases) == 2:
+        return abs(wrap(phases[1] - phases[0])), np.radians(record.scenario["guidance"]["separation_deg"])
+    phases, wanted = np.sort(phases), 2.0 * np.pi / len(phases)
+    return max(np.diff(phases, append=phases[0] + 2.0 * np.pi), key=lambda gap: abs(gap - wanted)), wanted
+
+
+def scan_sd(record, members, crew):
+    """Geometric mean of the semi-axes of what one scan by each UAV tells of a target at the true centroid."""
+    sensor = record.scenario["sensor"]
+    if not members or not crew or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
+        return None
+    r = np.diag([sensor["range_sd_m"] ** 2, np.radians(sensor["bearing_sd_deg"]) ** 2])
+    looks = [jacobian(uav.position, np.mean(members, axis=0))[:, POSITION] for uav in crew]
+    return np.linalg.det(sum(h.T @ inverse(r) @ h for h in looks)) ** -0.25
+
+
+def bounds_by_time(record):
+    """Variance of position at the Cramer-Rao bound, by time and target; see check_equations.bound_metrics."""
+    model, sensor, cue = record.scenario.get("targets"), record.scenario["sensor"], record.scenario["cue"]
+    if model is None or model.get("manoeuvre") or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
+        return dict.fromkeys(record.times, {})
+    f, q = equations_5_6(model, record.period)
+    sds = [cue["position_sd_m"], cue["velocity_sd_m_s"], model["acceleration_sd_m_s2"]] * 2
+    covariances, found = {}, {}
+    for time in record.times:
+        looks = looks_by_target(record, time)
+        for target, truth in record.truth[time].items():
+            p = f @ covariances[target] @ f.T + q if target in covariances else np.diag(np.square(sds))
+            h, r, _ = stacked(looks[target], truth.position, sensor)
+            covariances[target] = p - p @ h.T @ inverse(h @ p @ h.T + r) @ h @ p
+        found[time] = {target: np.trace(p[np.ix_(POSITION, POSITION)]) for target, p in covariances.items()}
+    return found
+
+
+def target_values(record, time):
+    truth, tracks, sensor = record.truth[time], record.tracks[time], record.scenario["sensor"]
+    looking = [row for row in record.uavs[time].values() if row.boresight_rad is not None]
+    detections = Counter(target for _, target in record.detections[time])
+    found = {}
+    for target in truth.keys() | tracks.keys():
+        there, track = truth.get(target), tracks.get(target)
+        values = {name: getattr(track, name, None) for name in TARGETS}
+        both = there is not None and track is not None
+        found[target] = values | {
+            "exists": there is not None,
+            "detections": detections[target],
+            "in_view": any(in_view(sensor, uav, there) for uav in looking) if there is not None and looking else None,
+            "error_m": np.hypot(*(track.position - there.position)) if both else None,
+        }
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
