@@ -145,7 +145,7 @@ fn tables_of_different_runs_do_not_make_a_record() {
 }
 
 #[test]
-fn a_later_format_is_refused_and_another_version_is_read() {
+fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     write(&dir, &frames(1, 2, 4));
@@ -156,10 +156,14 @@ fn a_later_format_is_refused_and_another_version_is_read() {
     fs::write(&path, text.replace(&ours, r#""version": "9.1.0""#)).unwrap();
     assert_eq!(Record::open(&dir).unwrap().manifest().version, "9.1.0");
 
-    let later = r#"{"format": 3, "version": "9.1.0", "wind": true}"#;
+    // Before records had origins.
+    fs::write(&path, text.replace(r#""format": 3"#, r#""format": 2"#)).unwrap();
+    assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));
+
+    let later = r#"{"format": 4, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
-    assert!(matches!(error, RecordError::OtherFormat { format: 3, .. }));
+    assert!(matches!(error, RecordError::OtherFormat { format: 4, .. }));
     assert!(error.to_string().contains("9.1.0"), "{error}");
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 

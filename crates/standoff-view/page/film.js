@@ -81,6 +81,8 @@ class Film {
     this.events = [];
     /** By part: the detail, and of how many instants of the overview it is. */
     this.details = new Map();
+    this.wanted = [];
+    this.loading = false;
     this.ids = { uavs: [], groups: [] };
     this.done = false;
   }
@@ -140,8 +142,9 @@ class Film {
   /** The detail around a time, if it has been loaded; else `undefined`, and it is loaded. */
   detail(time_s) {
     const part = this.part(this.instant(time_s));
-    if (part + 1 < this.parts.length) this.load(part + 1);
-    return this.load(part);
+    this.wanted = [part, part + 1];
+    this.load();
+    return this.details.get(part)?.half;
   }
 
   /** The detail that follows another one, if it has been loaded and holds anything. */
@@ -154,24 +157,31 @@ class Film {
     return undefined;
   }
 
-  load(part) {
-    const instants = this.parts[part]?.times_s.length ?? 0;
-    const held = this.details.get(part) ?? { half: undefined, instants: 0, loading: false };
-    if (held.instants < instants && !held.loading) {
-      held.loading = true;
-      this.details.set(part, held);
-      this.source.half("detail", part).then(
-        (half) => this.keep(part, { half, instants, loading: false }),
-        () => (held.loading = false),
-      );
+  /** Loads what is wanted and is not there, or has become more; one at a time: what was only passed by is not loaded. */
+  async load() {
+    const size = (part) => this.parts[part]?.times_s.length ?? 0;
+    const part = this.wanted.find((part) => (this.details.get(part)?.instants ?? 0) < size(part));
+    if (part === undefined || this.loading) return;
+    this.loading = true;
+    const instants = size(part);
+    let half;
+    try {
+      half = await this.source.half("detail", part);
+    } catch {
+      // The next picture asks for it again; where time stands still, there is one in a second.
+      setTimeout(() => this.loaded?.(), 1000);
     }
-    return held.half;
+    this.loading = false;
+    if (half) {
+      this.keep(part, { half, instants });
+      this.load();
+    }
   }
 
   keep(part, held) {
     this.details.delete(part);
     this.details.set(part, held);
-    const old = [...this.details.keys()].filter((other) => this.details.get(other).half && Math.abs(other - part) > 1);
+    const old = [...this.details.keys()].filter((other) => Math.abs(other - part) > 1);
     for (const other of old.slice(0, Math.max(0, this.details.size - Film.KEPT))) this.details.delete(other);
     this.loaded?.();
   }
