@@ -1,7 +1,7 @@
 // The page as it is served: a run that flies while it is watched, and who is refused.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
@@ -103,6 +103,24 @@ test("a run ends as soon with a page that reads nothing as with none", limits, a
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
   assert.equal(await run.end(), 0);
+});
+
+test("one click replays the worst run of a batch, flown again to the same outcome", limits, async () => {
+  const fly = ["monte-carlo", "tour/02-two-uavs", "--runs", "5", "--set", "guidance.radial_gain=0.6", "--out", "batch"];
+  execFileSync(STANDOFF, fly, { cwd: results, stdio: "ignore" });
+  const view = await serving("view", "batch");
+  const { page, complaints, close } = await watching(view.address);
+  await page.locator('#metrics tr[data-metric="position_error_m"] button').click();
+  await page.waitForFunction(() => document.querySelector("#told").textContent.startsWith("position_error_m."));
+  const values = (await page.locator("#runs tbody tr").first().locator("td").allTextContents()).map(Number);
+  await page.locator("#runs tbody a").first().click();
+  await page.waitForSelector("#outcome td[data-metric=position_error_m]", { state: "attached" });
+  const shown = Number(await page.textContent("#outcome td[data-metric=position_error_m]"));
+  assert.ok(values.some((value) => Math.abs(value - shown) <= 0.006), `${shown} is not of ${values}`);
+  assert.match(await page.textContent("#title"), /tour\/02-two-uavs, seed \d+/);
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await view.end(), 0);
 });
 
 test("a page from elsewhere gets nothing, by request or by socket", limits, async () => {
