@@ -130,7 +130,7 @@ def check_states(topics, record, compare):
             known = row.centre_distance_m is not None and wanted is not None
             compare("state: standoff_distance_m", wanted, state.pop("standoff_distance_m"))
             error = row.centre_distance_m - wanted if known else None
-            compare("state: standoff_error_m", error, state.pop("standoff_error_m"))
+            compare("state: standoff_tracking_error_m", error, state.pop("standoff_tracking_error_m"))
             compare("state: line_of_sight_rad", line_of_sight(record, time, row), state.pop("line_of_sight_rad"))
             for name, value in state.items():
                 compare(f"state: {name}", getattr(row, name), value)

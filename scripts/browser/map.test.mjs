@@ -141,10 +141,11 @@ inReport("where the scenario has an origin, the map tells latitude and longitude
   const origin = [cx - seen.x_m * seen.px_per_m, cy + seen.y_m * seen.px_per_m];
   await page.mouse.move(...(await on(page, ...origin)));
   const words = (await page.locator("#where").textContent()).replaceAll("\u2212", "-");
-  const [, lat, lon] = words.match(/, (-?[\d.]+)\u00b0 N (-?[\d.]+)\u00b0 E$/);
+  const [, north, northOrSouth, east, eastOrWest] = words.match(/, ([\d.]+)\u00b0 ([NS]) ([\d.]+)\u00b0 ([EW])$/);
+  const [lat, lon] = [northOrSouth === "N" ? Number(north) : -north, eastOrWest === "E" ? Number(east) : -east];
   const metres_per_degree = 111_200;
-  near((Number(lat) - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "north of the origin");
-  near((Number(lon) - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "east of it");
+  near((lat - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "north of the origin");
+  near((lon - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "east of it");
 });
 
 const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };

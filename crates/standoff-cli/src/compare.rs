@@ -81,11 +81,21 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
         return Err(Failure::Input(what.to_owned()));
     }
     let (a, b) = (Path::new(&args.a), Path::new(b));
+    let comparison = compare_results(a, b).map_err(failure)?;
     if let Some(file) = &args.report {
+        if file.extension().is_none_or(|extension| extension != "html") {
+            let what = "--report: must be called *.html, so that nothing else is replaced";
+            return Err(Failure::Input(format!("{}: {what}", file.display())));
+        }
         let page = page::batch_report(&Batch::open(&[a, b]).map_err(failure)?).map_err(Failure::running)?;
-        fs::write(file, page).map_err(|reason| Failure::running(format!("{}: {reason}", file.display())))?;
+        let partial = file.with_extension("html.partial");
+        let written = fs::write(&partial, page).and_then(|()| fs::rename(&partial, file));
+        written.map_err(|reason| {
+            let _ = fs::remove_file(&partial);
+            Failure::running(format!("{}: {reason}", file.display()))
+        })?;
     }
-    compare_results(a, b).map_err(failure)
+    Ok(comparison)
 }
 
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {

@@ -91,8 +91,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::Input(format!("{}: {what}", out.display())));
         }
     }
-    let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
+    let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
     let closed = fly(&scenario, &out, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
         live.as_mut().map_or(Ok(()), |live| live.frame(frame))
@@ -119,7 +119,7 @@ struct Live {
 
 impl Live {
     fn begin(args: &Args, scenario: &Scenario) -> Result<Self, Failure> {
-        let watched = Watched::flight(scenario)?;
+        let watched = Watched::live_flight(scenario)?;
         let interruption = Interruption::expected()?;
         let tell = |url: &str| {
             note(&format!("the run can be watched at {url}", url = url.trim_end()));

@@ -65,14 +65,21 @@ fn show(shown: Shown, args: &Args) -> Result<(), Failure> {
     let interruption = Interruption::expected()?;
     let server = args.served.serve(site, print)?;
     note("Ctrl-C ends it.");
-    let work = thread::spawn(move || (shown.work)(shown.watched));
+    let work = thread::spawn(move || {
+        if let Err(Failure::Input(message) | Failure::Running(message)) = (shown.work)(shown.watched) {
+            note(&format!("error: {message}"));
+            return false;
+        }
+        true
+    });
     interruption.wait(None);
     drop(server);
     // What is not done yet is not needed any more.
     if !work.is_finished() {
         return Ok(());
     }
-    work.join().unwrap_or_else(|_| Err(Failure::running("the run could not be shown")))
+    let is_shown = work.join().unwrap_or(false);
+    if is_shown { Ok(()) } else { Err(Failure::running("the run could not be shown as a whole")) }
 }
 
 /// Many runs, any of which is flown again when somebody wants to see it.
@@ -126,7 +133,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     let record = Record::open(dir).map_err(Failure::input)?;
     let label = dir.join("scenario.toml").display().to_string();
     let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
-    let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec())?;
+    let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false)?;
     let choice = args.metrics.choice;
     let dir = PathBuf::from(dir);
     let work = move |watched: Watched| {

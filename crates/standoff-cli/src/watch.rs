@@ -72,15 +72,26 @@ pub(crate) struct Watched {
 }
 
 impl Watched {
-    pub(crate) fn new(manifest: &Manifest, settings: &Settings, targets: Vec<String>) -> Result<Self, Failure> {
-        let head = Head::new(manifest, setup(manifest.title(), settings), targets);
+    pub(crate) fn new(
+        manifest: &Manifest,
+        settings: &Settings,
+        targets: Vec<String>,
+        live: bool,
+    ) -> Result<Self, Failure> {
+        let mut head = Head::new(manifest, setup(manifest.title(), settings), targets);
+        head.live = live;
         let replay = Arc::new(Replay::new(&head).map_err(Failure::running)?);
         Ok(Self { encoder: Encoder::new(&Rules::of(settings), 1), head, replay, next_look: Instant::now() })
     }
 
     /// A run of this scenario.
     pub(crate) fn flight(scenario: &Scenario) -> Result<Self, Failure> {
-        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario))
+        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), false)
+    }
+
+    /// The same, of which a page shows the newest instant.
+    pub(crate) fn live_flight(scenario: &Scenario) -> Result<Self, Failure> {
+        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), true)
     }
 
     pub(crate) fn replay(&self) -> Arc<Replay> {
@@ -108,7 +119,7 @@ impl Watched {
         if let Some(part) = self.encoder.part() {
             self.replay.add(part);
         }
-        self.head.outcome = outcome;
+        (self.head.outcome, self.head.live) = (outcome, false);
         self.replay.finish(&self.head).map_err(Failure::running)
     }
 }

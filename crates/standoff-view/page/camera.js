@@ -76,3 +76,8 @@ function geographic(origin, east_m, north_m) {
   }
   return [(lat * 180) / Math.PI, (Math.atan2(y, x) * 180) / Math.PI];
 }
+
+/** A latitude or longitude in words. */
+function degrees(value, positive, negative) {
+  return `${Math.abs(value).toFixed(6)}\u00b0 ${value < 0 ? negative : positive}`;
+}

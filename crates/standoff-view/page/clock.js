@@ -31,6 +31,7 @@ class Clock {
   /** Moves by whole instants. */
   step(instants) {
     const last = this.film.times_s.length - 1;
+    if (last < 0) return;
     const instant = Math.min(Math.max(this.film.instant(this.time_s) + instants, 0), last);
     this.pause();
     this.seek(this.film.times_s[instant]);

@@ -263,9 +263,9 @@ class ServedSource {
 
   /**
    * Tells how much there is, now and whenever that changes: how many parts will not change any more, how many instants
-   * the part after them has so far, and whether that was all. Goes on after an interruption.
+   * the part after them has so far, and whether that was all. Goes on after an interruption, of which `lost` is told.
    */
-  follow(told, pause_ms = 500) {
+  follow(told, lost, pause_ms = 500) {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}${this.base}/feed`);
     let done = false;
@@ -274,9 +274,13 @@ class ServedSource {
       done = state.done;
       pause_ms = 500;
       told(state);
+      // A page that knows all leaves its place to others.
+      if (done) socket.close();
     };
     socket.onclose = () => {
-      if (!done) setTimeout(() => this.follow(told, Math.min(2 * pause_ms, 8000)), pause_ms);
+      if (done) return;
+      lost();
+      setTimeout(() => this.follow(told, lost, Math.min(2 * pause_ms, 8000)), pause_ms);
     };
   }
 

@@ -3,4 +3,7 @@
 const { base } = document.body.dataset;
 const source = base === undefined ? new FileSource() : new ServedSource(base);
 if (element("metrics")) showBatch(source);
-else showReplay(source);
+else {
+  element("warning").textContent = "loading";
+  showReplay(source).catch((error) => (element("warning").textContent = `The run cannot be shown: ${error.message}`));
+}

@@ -79,6 +79,7 @@ async function load(page, source) {
   let loading = false;
   let drawn_ms = 0;
   const isBehind = () => sealed < state.sealed || open !== state.open;
+  const pause_ms = 2000;
   const more = async () => {
     if (loading) return;
     loading = true;
@@ -89,7 +90,7 @@ async function load(page, source) {
           const isFirst = film.parts.length === 0;
           const half = await source.half("overview", sealed);
           film.put(sealed, half);
-          if (isFirst) begin(page, source.live && !state.done);
+          if (isFirst) begin(page);
         }
         [sealed, open] = isSealed ? [sealed + 1, 0] : [sealed, state.open];
         page.renew();
@@ -113,23 +114,31 @@ async function load(page, source) {
         await charts.draw();
         document.body.dataset.ready = "charts";
       }
+      page.state.trouble("");
     } catch (error) {
-      element("warning").textContent = `The data could not be read: ${error.message}`;
-    } finally {
+      page.state.trouble(`The data could not be read: ${error.message}`);
       loading = false;
+      // What is inside a file will not become better.
+      if (source.live) setTimeout(more, pause_ms);
+      return;
     }
+    loading = false;
     if (isBehind() || (state.done && !film.done)) more();
   };
-  source.follow((told) => {
-    state = told;
+  const told = (now) => {
+    // Another run is served at the same address by now.
+    if (state.run !== undefined && state.run !== now.run) location.reload();
+    state = now;
+    page.state.trouble("");
     more();
-  });
+  };
+  source.follow(told, () => page.state.trouble("No connection to standoff; trying again"));
 }
 
 /** The first picture: of the start, or of the newest instant of a run that is being flown. */
-function begin({ clock, film }, live) {
+function begin({ clock, film }) {
   clock.seek(film.times_s[0]);
-  if (live) clock.follow();
+  if (film.head.live) clock.follow();
   document.body.dataset.ready = "map";
 }
 
@@ -275,17 +284,19 @@ function layers({ map, renew }) {
 function pointer({ map, film, renew }) {
   const { canvas, camera } = map;
   const down = new Map();
+  let pressed = [0, 0];
   const place = (event) => [event.offsetX, event.offsetY];
   const say = (x, y) => {
     const [east_m, north_m] = camera.world(x, y);
     const { origin } = film.head;
     const [lat, lon] = origin ? geographic(origin, east_m, north_m) : [];
-    const also = origin ? `, ${lat.toFixed(6)}\u00b0 N ${lon.toFixed(6)}\u00b0 E` : "";
+    const also = origin ? `, ${degrees(lat, "N", "S")} ${degrees(lon, "E", "W")}` : "";
     element("where").textContent = `${fixed(east_m, 0)} m east, ${fixed(north_m, 0)} m north${also}`;
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     down.set(event.pointerId, place(event));
+    pressed = place(event);
     if (map.ruler) map.ruler = { from: camera.world(...place(event)), to: null };
   });
   canvas.addEventListener("pointermove", (event) => {
@@ -302,7 +313,7 @@ function pointer({ map, film, renew }) {
       camera.pan((x - before[0]) / 2, (y - before[1]) / 2);
       camera.zoom(apart([x, y], other) / apart(before, other), (x + other[0]) / 2, (y + other[1]) / 2);
     } else {
-      if (map.followed && Math.hypot(x - before[0], y - before[1]) > 3) {
+      if (map.followed && Math.hypot(x - pressed[0], y - pressed[1]) > 3) {
         map.followed = null;
         element("follow").value = "";
       }

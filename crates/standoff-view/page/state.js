@@ -50,7 +50,10 @@ class State {
   constructor(film, elements) {
     this.film = film;
     Object.assign(this, elements);
-    this.said = "";
+    this.said = null;
+    this.troubled = "";
+    this.told = [];
+    this.grave = false;
   }
 
   show(scene) {
@@ -86,11 +89,23 @@ class State {
     });
     for (const group of scene.groups) if (!group.feasible) told.push(`group ${group.id}: no feasible orbit`);
     if (scene.targets === null) told.push("loading targets");
-    const text = told.join(" \u00b7 ");
+    this.told = told;
+    this.grave = kinds.has("out of view");
+    this.say();
+  }
+
+  /** That something is wrong with the page itself; nothing, once it is well again. */
+  trouble(words) {
+    this.troubled = words;
+    this.say();
+  }
+
+  say() {
+    const text = [this.troubled, ...this.told].filter(Boolean).join(" \u00b7 ");
+    this.warning.classList.toggle("grave", this.grave || this.troubled !== "");
     if (text === this.said) return;
     this.said = text;
     this.warning.textContent = text;
-    this.warning.classList.toggle("grave", kinds.has("out of view"));
   }
 }
 

@@ -101,7 +101,10 @@ impl Site for BatchSite {
         let (which, rest) = of_run(path)?;
         match rest {
             "" => Some(page::served_replay(&format!("/run/{}/{}/replay", which.0, which.1))),
-            _ => self.replay(which)?.get(rest.strip_prefix("replay/")?),
+            _ => {
+                let file = rest.strip_prefix("replay/")?;
+                self.replay(which)?.get(file)
+            }
         }
     }
 

@@ -25,7 +25,7 @@ pub(super) struct UavState {
     /// Standoff distance of its group.
     standoff_distance_m: Option<f64>,
     /// Distance from the centre less the standoff distance.
-    standoff_error_m: Option<f64>,
+    standoff_tracking_error_m: Option<f64>,
     phase_rad: Option<f64>,
     feedforward_rad_s: Option<f64>,
     convergence_threshold_m2_s: Option<f64>,
@@ -51,7 +51,7 @@ impl UavState {
             centre_distance_m: row.centre_distance_m,
             steered_distance_m: row.steered_distance_m,
             standoff_distance_m,
-            standoff_error_m: row
+            standoff_tracking_error_m: row
                 .centre_distance_m
                 .zip(standoff_distance_m)
                 .map(|(distance, wanted)| distance - wanted),

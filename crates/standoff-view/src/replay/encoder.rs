@@ -81,7 +81,6 @@ pub struct Encoder {
     separation_rad: f64,
     stride: usize,
     bound: Option<PositionBound>,
-    instants: usize,
     draft: Draft,
 }
 
@@ -106,7 +105,7 @@ struct Draft {
 }
 
 impl Encoder {
-    /// An encoder at the start of a run. Only every `stride`-th instant (at least 1) gets a detail.
+    /// An encoder at the start of a run. Only every `stride`-th instant of a part (at least 1) gets a detail.
     #[must_use]
     pub fn new(rules: &Rules, stride: usize) -> Self {
         Self {
@@ -114,7 +113,6 @@ impl Encoder {
             separation_rad: rules.separation_rad,
             stride: stride.max(1),
             bound: PositionBound::of(rules),
-            instants: 0,
             draft: Draft::new(),
         }
     }
@@ -142,10 +140,10 @@ impl Encoder {
             let phase = phases.get(&row.group).copied();
             draft.groups.put(row.group, group(row, phase, errors, judged.scan_sd_m(row.group)));
         }
-        if self.instants.is_multiple_of(self.stride) {
+        // Every part begins with one, so that nothing is shown before its time.
+        if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
             draft.detail(frame, &judged);
         }
-        self.instants += 1;
         let is_full = draft.times_us.len() >= INSTANTS || draft.targets.rows() >= ROWS;
         if is_full { self.part() } else { None }
     }

@@ -1,5 +1,7 @@
 //! A replay that can be watched while it grows.
 
+use std::collections::hash_map::RandomState;
+use std::hash::BuildHasher;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::{Head, Part, gzip};
@@ -24,6 +26,8 @@ struct Held {
     /// The part after them as it is so far, and of how many instants it is.
     open: Option<(Halves, usize)>,
     done: bool,
+    /// Tells this replay from any other that a page has seen.
+    run: u64,
 }
 
 #[derive(Debug, Clone)]
@@ -42,7 +46,9 @@ impl Replay {
     /// A replay that has nothing but its head yet.
     pub fn new(head: &Head) -> serde_json::Result<Self> {
         let head = gzip(head.json()?.as_bytes()).into();
-        let held = Held { head, sealed: Vec::new(), open: None, done: false };
+        // Any number will do that another process, or the next replay, does not have.
+        let run = RandomState::new().hash_one(0);
+        let held = Held { head, sealed: Vec::new(), open: None, done: false, run };
         Ok(Self { feed: Feed::new(held.state()), held: Mutex::new(held) })
     }
 
@@ -76,7 +82,7 @@ impl Replay {
         self.feed.readers()
     }
 
-    /// What says how far it is: `{"sealed": parts, "open": instants, "done": whether that is all}`.
+    /// What says how far it is: `{"run": which, "sealed": parts, "open": instants, "done": whether that is all}`.
     #[must_use]
     pub fn feed(&self) -> Feed {
         self.feed.clone()
@@ -112,6 +118,7 @@ impl Replay {
 impl Held {
     fn state(&self) -> String {
         let open = self.open.as_ref().map_or(0, |(_, instants)| *instants);
-        format!("{{\"sealed\":{},\"open\":{open},\"done\":{}}}", self.sealed.len(), self.done)
+        let Self { sealed, done, run, .. } = self;
+        format!("{{\"run\":\"{run}\",\"sealed\":{},\"open\":{open},\"done\":{done}}}", sealed.len())
     }
 }

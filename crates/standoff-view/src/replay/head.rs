@@ -31,6 +31,8 @@ pub struct Head {
     pub outcome: Vec<Line>,
     /// Only every so many instants have a detail.
     pub stride: usize,
+    /// It is being flown: the page shows the newest instant.
+    pub live: bool,
 }
 
 /// A line of the table of outcomes.
@@ -64,6 +66,7 @@ impl Head {
             targets,
             outcome: Vec::new(),
             stride: 1,
+            live: false,
         }
     }
 

@@ -143,6 +143,11 @@ fn a_stride_thins_out_the_details_alone() {
     let detail: Vec<i64> = parts.iter().flat_map(|part| times(&part.detail)).collect();
     assert_eq!(overview, frames.iter().map(|frame| frame.time_us).collect::<Vec<_>>());
     assert_eq!(detail, overview.iter().copied().step_by(7).collect::<Vec<_>>());
+    // 256 instants are no multiple of 7: the second part begins with a detail all the same.
+    let longer: Vec<Frame> =
+        (0..300).map(|instant| Frame { time_us: instant * 500_000, ..frames[0].clone() }).collect();
+    let second = &encoded(&scenario, &longer, 7)[1];
+    assert_eq!(times(&second.detail)[0], times(&second.overview)[0]);
 }
 
 #[test]
