@@ -4,6 +4,8 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use standoff::ParamError;
+
 /// Why the command did not do what was asked.
 pub(crate) enum Failure {
     /// Wrong input or usage: exit status 2.
@@ -33,6 +35,11 @@ impl Failure {
         note(&format!("error: {message}"));
         ExitCode::from(status)
     }
+}
+
+/// What is wrong with parameters, a line each.
+pub(crate) fn refused(errors: &[ParamError]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
 /// Prints to standard output.

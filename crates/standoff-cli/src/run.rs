@@ -15,7 +15,7 @@ use standoff_view::serve::Server;
 use standoff_view::site::RunSite;
 
 use crate::changes::Changes;
-use crate::failure::{Failure, note};
+use crate::failure::{Failure, note, refused};
 use crate::interruption::Interruption;
 use crate::mcap::Mcap;
 use crate::outcome::{Wanted, lines};
@@ -119,7 +119,7 @@ struct Live {
 
 impl Live {
     fn begin(args: &Args, scenario: &Scenario) -> Result<Self, Failure> {
-        let watched = Watched::live_flight(scenario)?;
+        let watched = Watched::flight(scenario, true)?;
         let interruption = Interruption::expected()?;
         let tell = |url: &str| {
             note(&format!("the run can be watched at {url}", url = url.trim_end()));
@@ -154,8 +154,7 @@ fn fly(
     out: &Path,
     mut look: impl FnMut(&Frame) -> Result<(), Failure>,
 ) -> Result<Closed, Failure> {
-    let mut mission = Mission::new(scenario)
-        .map_err(|errors| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
+    let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     let resolved = scenario.resolved().map_err(Failure::input)?;
     let mut writer = Writer::create(out, &manifest(scenario), &resolved).map_err(Failure::running)?;
     let progress = progress(mission.frames());

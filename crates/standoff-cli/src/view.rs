@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
-use standoff::ParamError;
 use standoff_sim::monte_carlo::Results;
 use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
@@ -15,7 +14,7 @@ use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::Changes;
-use crate::failure::{Failure, note, print};
+use crate::failure::{Failure, note, print, refused};
 use crate::interruption::Interruption;
 use crate::outcome::{Wanted, lines};
 use crate::run::DEFAULT_SCENARIO;
@@ -89,22 +88,15 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
     let traffic = args.changes.only_traffic().ok_or_else(|| {
         Failure::Input("--uavs and --set change a scenario, not runs that have been flown".to_owned())
     })?;
-    let template = |results: &Results| results.batch().template(traffic);
-    let templates: Vec<_> = results
-        .iter()
-        .map(template)
-        .map(|template| match template {
-            Ok(template) => Some(template),
-            Err(error) => {
-                note(&format!("warning: its runs cannot be replayed: {error}"));
-                None
-            }
-        })
-        .collect();
+    let template = |results: &Results| {
+        let template = results.batch().template(traffic);
+        template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
+    };
+    let templates: Vec<_> = results.iter().map(template).collect();
     let choice = args.metrics.choice;
     let fly = move |variant: usize, seed: u64| {
         let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
-        let watched = Watched::flight(&scenario).ok()?;
+        let watched = Watched::flight(&scenario, false).ok()?;
         let replay = watched.replay();
         fly(&scenario, watched, choice).ok()?;
         Some(replay)
@@ -157,16 +149,14 @@ fn flight(args: &Args) -> Result<Shown, Failure> {
     let name = args.changes.scenario(args.what.first().map(String::as_str), DEFAULT_SCENARIO);
     let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::input)?;
     scenario.warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
-    let watched = Watched::flight(&scenario)?;
+    let watched = Watched::flight(&scenario, false)?;
     let choice = args.metrics.choice;
     Ok(Shown { watched, work: Box::new(move |watched| fly(&scenario, watched, choice)) })
 }
 
 fn fly(scenario: &Scenario, watched: Watched, choice: Choice) -> Result<(), Failure> {
     let mut told = Told::new(watched, &scenario.settings, choice);
-    let refused =
-        |errors: Vec<ParamError>| Failure::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"));
-    let mut mission = Mission::new(scenario).map_err(refused)?;
+    let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     while let Some(frame) = mission.frame() {
         told.frame(frame);
     }

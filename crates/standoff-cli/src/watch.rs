@@ -84,14 +84,9 @@ impl Watched {
         Ok(Self { encoder: Encoder::new(&Rules::of(settings), 1), head, replay, next_look: Instant::now() })
     }
 
-    /// A run of this scenario.
-    pub(crate) fn flight(scenario: &Scenario) -> Result<Self, Failure> {
-        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), false)
-    }
-
-    /// The same, of which a page shows the newest instant.
-    pub(crate) fn live_flight(scenario: &Scenario) -> Result<Self, Failure> {
-        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), true)
+    /// A run of this scenario; of a `live` one the page shows the newest instant.
+    pub(crate) fn flight(scenario: &Scenario, live: bool) -> Result<Self, Failure> {
+        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), live)
     }
 
     pub(crate) fn replay(&self) -> Arc<Replay> {

@@ -26,19 +26,12 @@ class BatchPlots {
     const axis = (text) => ({ title: { text }, gridcolor: colours.grid, zeroline: false, automargin: true });
     return {
       margin: { l: 48, r: 12, t: 10, b: 42 },
-      paper_bgcolor: colours.ground,
-      plot_bgcolor: colours.ground,
-      font: { color: colours.ink, size: 11, family: "system-ui, sans-serif" },
+      ...plotLook(),
       showlegend: this.page.several,
       legend: { orientation: "h", y: 1, yanchor: "bottom", itemclick: "toggleothers", itemdoubleclick: "toggle" },
       xaxis: axis(across),
       yaxis: axis(up),
     };
-  }
-
-  get config() {
-    return { responsive: true, displaylogo: false, displayModeBar: "hover",
-      modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"] };
   }
 
   title(metric) {
@@ -74,7 +67,7 @@ class BatchPlots {
       }
       layout.shapes.push({ ...upright, type: "line", x0: mean, x1: mean, line: { color: several ? colour : palette().ink, width: 1.6 } });
     }
-    await window.Plotly.react(place, traces, layout, this.config);
+    await window.Plotly.react(place, traces, layout, PLOT_CONFIG);
   }
 
   /** A point per run. */
@@ -106,7 +99,7 @@ class BatchPlots {
     element("thinned").textContent = says();
     const names = [across, up].map((metric) => metric.what || metric.name);
     place.setAttribute("aria-label", `${names[1]} against ${names[0]}, a point per run`);
-    await window.Plotly.react(place, traces, this.layout(plain(this.title(across)), plain(this.title(up))), this.config);
+    await window.Plotly.react(place, traces, this.layout(plain(this.title(across)), plain(this.title(up))), PLOT_CONFIG);
     if (this.listens) return;
     this.listens = true;
     place.on("plotly_click", ({ points: [point] }) => {

@@ -87,9 +87,7 @@ class Charts {
     const layout = {
       height: PANEL_HEIGHT * panels + top + 34,
       margin: { l: LEFT, r: RIGHT, t: top, b: 34 },
-      paper_bgcolor: colours.ground,
-      plot_bgcolor: colours.ground,
-      font: { color: colours.ink, size: 11, family: "system-ui, sans-serif" },
+      ...plotLook(),
       hovermode: "x",
       hoverlabel: { namelength: -1 },
       legend: { orientation: "h", y: 1 + 16 / (PANEL_HEIGHT * panels), yanchor: "bottom", entrywidth: 60, itemclick: "toggleothers", itemdoubleclick: "toggle" },
@@ -122,9 +120,7 @@ class Charts {
   /** Draws everything anew: for the first time, or because there is more, or another theme. */
   async draw() {
     if (!window.Plotly || !this.place.clientWidth) return;
-    const config = { responsive: true, displaylogo: false, displayModeBar: "hover",
-      modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"] };
-    await window.Plotly.react(this.place, this.traces(), this.layout(), config);
+    await window.Plotly.react(this.place, this.traces(), this.layout(), PLOT_CONFIG);
     if (!this.drawn) {
       this.drawn = true;
       this.place.on("plotly_relayout", (change) => this.zoomed(change));

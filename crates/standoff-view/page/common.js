@@ -54,6 +54,18 @@ function themed(changed) {
   apply();
 }
 
+/** How every plot behaves. */
+const PLOT_CONFIG = {
+  responsive: true, displaylogo: false, displayModeBar: "hover",
+  modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"],
+};
+
+/** Colours and letters of a plot, in the theme that is on. */
+function plotLook() {
+  const { ground, ink } = palette();
+  return { paper_bgcolor: ground, plot_bgcolor: ground, font: { color: ink, size: 11, family: "system-ui, sans-serif" } };
+}
+
 /** A file's name without what some systems do not take. */
 function fileName(name) {
   return name.replace(/[^A-Za-z0-9._-]+/g, "-");

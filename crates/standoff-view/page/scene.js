@@ -31,7 +31,6 @@ function uavsAt(film, time_s) {
       centre_distance_m: now("centre_distance_m"),
       standoff_error_m: now("standoff_error_m"),
       line_of_sight_rad: now("line_of_sight_rad"),
-      altitude_m: now("altitude_m"),
     });
   }
   return found;
@@ -53,7 +52,6 @@ function groupsAt(film, time_s) {
       shown_distance_m: now("standoff_distance_m"),
       members: now("members"),
       spread_m: now("spread_m"),
-      margin_m: now("margin_m"),
       feasible: now("feasible") === 1,
       separation_m: now("separation_m"),
       phase_rad: now("phase_rad"),
@@ -95,7 +93,6 @@ function targetsAt(film, time_s) {
       true_y_m: moved("true_y_m"),
       x_m: moved("x_m"),
       y_m: moved("y_m"),
-      speed_m_s: Math.hypot(at("vx_m_s"), at("vy_m_s")),
       covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
       status: tracked ? STATUS[at("status")] : null,
       place: tracked ? PLACE[at("place")] : null,

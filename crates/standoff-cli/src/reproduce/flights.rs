@@ -4,14 +4,13 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use standoff::ParamError;
 use standoff_sim::monte_carlo::{each_seed, fly_all};
 use standoff_sim::record::Frame;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario, Template};
 use standoff_sim::score::{Choice, Metrics};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, refused};
 
 /// A margin in metres in place of (16), which is not the paper's.
 pub(crate) const IN_METRES: [&str; 2] = ["orbit.margin=standard-deviations", "orbit.on_membership_change=shift"];
@@ -101,15 +100,11 @@ pub(crate) fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
 
 /// Flies a mission and shows every frame.
 pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
-    let mut mission = Mission::new(scenario).map_err(refused)?;
+    let mut mission = Mission::new(scenario).map_err(|errors| Failure::running(refused(&errors)))?;
     while let Some(frame) = mission.frame() {
         look(frame);
     }
     Ok(())
-}
-
-fn refused(errors: Vec<ParamError>) -> Failure {
-    Failure::running(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
 #[cfg(test)]

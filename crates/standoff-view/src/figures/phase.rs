@@ -33,6 +33,11 @@ pub(crate) fn separations(frame: &Frame) -> Vec<(u32, Between, f64)> {
     found
 }
 
+/// What the phase separations of so many UAVs should be, rad: a pair's is given, more are evenly spaced.
+pub(crate) fn wanted_rad(count: usize, pair_rad: f64) -> f64 {
+    if count == 2 { pair_rad } else { TAU / count as f64 }
+}
+
 /// Draws the figure.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |id: u32, group: &Group| {
@@ -42,8 +47,8 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
             Line { runs, ink, dashed: false, label: (rank < MOST_NAMED).then_some(label) }
         };
         let counts: BTreeSet<usize> = group.phases.keys().map(|between| between.0).collect();
-        let wanted = |count| if count == 2 { setup.separation_rad } else { TAU / count as f64 };
-        let level = |count| (wanted(count).to_degrees(), Some(format!("wanted for {count} UAVs")));
+        let level =
+            |count| (wanted_rad(count, setup.separation_rad).to_degrees(), Some(format!("wanted for {count} UAVs")));
         Panel {
             axis: run.axis("Phase separation", id, "°"),
             shown: Some(0.0),

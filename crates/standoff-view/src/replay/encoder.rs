@@ -14,7 +14,7 @@ const INSTANTS: usize = 256;
 /// Rows of targets after which it is.
 const ROWS: usize = 50_000;
 
-const UAV: [&str; 16] = [
+const UAV: [&str; 12] = [
     "group",
     "x_m",
     "y_m",
@@ -22,29 +22,21 @@ const UAV: [&str; 16] = [
     "speed_m_s",
     "turn_rate_rad_s",
     "boresight_rad",
-    "speed_command_m_s",
-    "turn_rate_command_rad_s",
     "speed_limited",
     "turn_rate_limited",
     "centre_distance_m",
-    "altitude_m",
     // worked out
-    "tracking_error_m",
     "standoff_error_m",
     "line_of_sight_rad",
 ];
 
-const GROUP: [&str; 17] = [
+const GROUP: [&str; 13] = [
     "x_m",
     "y_m",
-    "vx_m_s",
-    "vy_m_s",
     "members",
     "spread_m",
     "margin_m",
-    "standoff_unclamped_m",
     "standoff_distance_m",
-    "standoff_rate_m_s",
     "feasible",
     "separation_m",
     // worked out
@@ -78,7 +70,6 @@ const TARGET: [&str; 15] = [
 #[derive(Debug)]
 pub struct Encoder {
     rules: Rules,
-    separation_rad: f64,
     stride: usize,
     bound: Option<PositionBound>,
     draft: Draft,
@@ -108,13 +99,7 @@ impl Encoder {
     /// An encoder at the start of a run. Only every `stride`-th instant of a part (at least 1) gets a detail.
     #[must_use]
     pub fn new(rules: &Rules, stride: usize) -> Self {
-        Self {
-            rules: *rules,
-            separation_rad: rules.separation_rad,
-            stride: stride.max(1),
-            bound: PositionBound::of(rules),
-            draft: Draft::new(),
-        }
+        Self { rules: *rules, stride: stride.max(1), bound: PositionBound::of(rules), draft: Draft::new() }
     }
 
     /// Takes in the next frame; gives a part when one is full.
@@ -129,11 +114,10 @@ impl Encoder {
         let members = line_of_sight::members(frame);
         draft.uavs.next_instant();
         for row in &frame.uavs {
-            let group = frame.groups.iter().find(|group| Some(group.group) == row.group);
             let line_of_sight_rad = line_of_sight::widest(row, &members);
-            draft.uavs.put(row.uav, uav(row, group, judged.standoff_error_m(row), line_of_sight_rad));
+            draft.uavs.put(row.uav, uav(row, judged.standoff_error_m(row), line_of_sight_rad));
         }
-        let phases = phases(frame, self.separation_rad);
+        let phases = phases(frame, self.rules.separation_rad);
         draft.groups.next_instant();
         for row in &frame.groups {
             let errors = errors(frame, &judged, self.bound.as_ref(), row.group);
@@ -197,12 +181,7 @@ impl Draft {
     }
 }
 
-fn uav(
-    row: &UavRow,
-    group: Option<&GroupRow>,
-    standoff_error_m: Option<f64>,
-    line_of_sight_rad: Option<f64>,
-) -> [Option<f64>; UAV.len()] {
+fn uav(row: &UavRow, standoff_error_m: Option<f64>, line_of_sight_rad: Option<f64>) -> [Option<f64>; UAV.len()] {
     [
         row.group.map(f64::from),
         Some(row.x_m),
@@ -211,13 +190,9 @@ fn uav(
         Some(row.speed_m_s),
         Some(row.turn_rate_rad_s),
         row.boresight_rad,
-        Some(row.speed_command_m_s),
-        Some(row.turn_rate_command_rad_s),
         Some(f64::from(row.speed_limited)),
         Some(f64::from(row.turn_rate_limited)),
         row.centre_distance_m,
-        row.altitude_m,
-        row.centre_distance_m.zip(group).map(|(distance_m, group)| distance_m - group.standoff_distance_m),
         standoff_error_m,
         line_of_sight_rad,
     ]
@@ -232,14 +207,10 @@ fn group(
     [
         Some(row.x_m),
         Some(row.y_m),
-        Some(row.vx_m_s),
-        Some(row.vy_m_s),
         Some(f64::from(row.members)),
         Some(row.spread_m),
         Some(row.margin_m),
-        Some(row.standoff_unclamped_m),
         Some(row.standoff_distance_m),
-        Some(row.standoff_rate_m_s),
         Some(f64::from(row.feasible)),
         row.separation_m,
         phase.map(|(phase_rad, _)| phase_rad),
@@ -291,7 +262,7 @@ fn target(
 fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
     let mut worst: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
     for (group, (count, ..), phase_rad) in phase::separations(frame) {
-        let wanted_rad = if count == 2 { pair_rad } else { standoff::math::TAU / count as f64 };
+        let wanted_rad = phase::wanted_rad(count, pair_rad);
         let off_rad = |(phase_rad, wanted_rad): (f64, f64)| (phase_rad - wanted_rad).abs();
         let this = (phase_rad, wanted_rad);
         let entry = worst.entry(group).or_insert(this);

@@ -5,7 +5,6 @@ use std::hash::BuildHasher;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::{Head, Part, gzip};
-
 use crate::serve::{Answer, Bytes, Feed};
 
 const JSON: &str = "application/json";

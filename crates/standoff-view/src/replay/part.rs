@@ -7,7 +7,7 @@ use flate2::write::GzEncoder;
 use serde::Serialize;
 use standoff_sim::record::EventRow;
 
-use super::table::{Directory, Table};
+use super::table::{Directory, Written};
 
 /// An event, as the page lists it.
 #[derive(Debug, Serialize)]
@@ -33,22 +33,6 @@ struct Contents<'a> {
     times_us: &'a [i64],
     events: &'a [Event],
     tables: Vec<Directory>,
-}
-
-/// Any table, whatever its columns.
-pub(super) trait Written {
-    fn directory(&self) -> Directory;
-    fn write(&self, bytes: &mut Vec<u8>);
-}
-
-impl<const N: usize> Written for Table<N> {
-    fn directory(&self) -> Directory {
-        Table::directory(self)
-    }
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        Table::write(self, bytes);
-    }
 }
 
 /// Gzip of it all.

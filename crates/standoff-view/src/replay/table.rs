@@ -4,6 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+/// Any table, whatever its columns.
+pub(super) trait Written {
+    fn directory(&self) -> Directory;
+    fn write(&self, bytes: &mut Vec<u8>);
+}
+
 /// What objects had at the instants of a part: a row of `N` single-precision numbers each, NaN for what there was not.
 #[derive(Debug)]
 pub(super) struct Table<const N: usize> {
@@ -40,19 +46,21 @@ impl<const N: usize> Table<N> {
         }
     }
 
-    pub(super) fn directory(&self) -> Directory {
-        Directory { name: self.name, columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
-    }
-
     /// Rows put so far, missing ones between them included.
     pub(super) fn rows(&self) -> usize {
         self.objects.len() * self.instants
+    }
+}
+
+impl<const N: usize> Written for Table<N> {
+    fn directory(&self) -> Directory {
+        Directory { name: self.name, columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
     }
 
     /// Column by column, object by object, instant by instant: the difference of each number's bits from those of the
     /// instant before. Of a column all least significant bytes come first, then the next, ...: what changes little is
     /// mostly zeros then.
-    pub(super) fn write(&self, bytes: &mut Vec<u8>) {
+    fn write(&self, bytes: &mut Vec<u8>) {
         let missing = [f32::NAN; N];
         for column in 0..N {
             let of = |rows: &'_ Vec<[f32; N]>, instant: usize| rows.get(instant).unwrap_or(&missing)[column].to_bits();
