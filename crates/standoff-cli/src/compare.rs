@@ -100,9 +100,8 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
 
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     let load = |name: &str, more: &[String]| {
-        let template = Template::load(name, &args.changes.edits_and(more)).map_err(Failure::input)?;
-        let drawn =
-            template.draw(args.seed).map_err(|problem| Failure::Input(format!("seed {}: {problem}", args.seed)))?;
+        let template = Template::load(name, &args.changes.edits_and(more)).map_err(Failure::Scenario)?;
+        let drawn = template.draw(args.seed).map_err(Failure::Scenario)?;
         drawn.warnings.iter().for_each(|warning| note(&format!("warning: {name}: {warning}")));
         Ok(template)
     };

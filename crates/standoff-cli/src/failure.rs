@@ -1,15 +1,19 @@
 //! How the command fails: what it says and the exit status.
 
 use std::fmt::Display;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
+use standoff_sim::scenario::{Problem, ScenarioError};
 
 /// Why the command did not do what was asked.
 pub(crate) enum Failure {
     /// Wrong input or usage: exit status 2.
     Input(String),
+    /// A scenario that cannot be used: exit status 2.
+    Scenario(ScenarioError),
     /// It failed while running: exit status 1.
     Running(String),
     /// Nobody reads on (a closed pipe): not worth a word.
@@ -29,12 +33,29 @@ impl Failure {
     pub(crate) fn exit(self) -> ExitCode {
         let (message, status) = match self {
             Self::Input(message) => (message, 2),
+            Self::Scenario(error) => {
+                error.problems.iter().for_each(|problem| note(&drawn(problem)));
+                return ExitCode::from(2);
+            }
             Self::Running(message) => (message, 1),
             Self::NobodyListens => return ExitCode::SUCCESS,
         };
         note(&format!("error: {message}"));
         ExitCode::from(status)
     }
+}
+
+/// A problem, drawn under what was typed; where that is not known, in a line.
+fn drawn(problem: &Problem) -> String {
+    let Some(excerpt) = &problem.excerpt else { return format!("error: {problem}") };
+    let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
+    let typed = Snippet::source(&*excerpt.text)
+        .path(problem.file.as_str())
+        .annotation(AnnotationKind::Primary.span(excerpt.span.clone()));
+    let told = Level::ERROR.primary_title(problem.message.as_str()).element(typed);
+    let help = problem.help.as_deref().map(|help| Level::HELP.message(help));
+    renderer.render(&[told.elements(help)])
 }
 
 /// What is wrong with parameters, a line each.

@@ -67,6 +67,9 @@ enum Command {
     Scenarios {
         /// The scenario to print.
         name: Option<String>,
+        /// Print the JSON schema of scenario files, with which editors complete and check them.
+        #[arg(long, conflicts_with = "name")]
+        schema: bool,
     },
     /// Check a scenario file, and the traffic file it names; nothing else.
     Check {
@@ -101,7 +104,8 @@ fn main() -> ExitCode {
         Some(Command::Show { dir, metrics, json }) => tell::show(&dir, metrics.choice, json),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
-        Some(Command::Scenarios { name }) => scenarios::show(name.as_deref()),
+        Some(Command::Scenarios { schema: true, .. }) => scenarios::show_schema(),
+        Some(Command::Scenarios { name, .. }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),
     };
     done.map_or_else(Failure::exit, |()| ExitCode::SUCCESS)

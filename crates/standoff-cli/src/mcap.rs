@@ -19,7 +19,7 @@ impl Mcap {
             let what = "lies in the folder of the run, which holds its record alone; name a file outside it";
             return Err(Failure::Input(format!("{}: {what}", file.display())));
         }
-        let resolved = scenario.resolved().map_err(Failure::input)?;
+        let resolved = scenario.resolved().map_err(Failure::Scenario)?;
         let is_there = file.exists();
         let writer = Writer::create(file, scenario, &resolved).map_err(Failure::input)?;
         if is_there {

@@ -69,10 +69,10 @@ const TELL_EVERY: Duration = Duration::from_secs(60);
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let choice = args.wanted.choice;
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let template = Template::load(name, &args.changes.edits()).map_err(Failure::input)?;
+    let template = Template::load(name, &args.changes.edits()).map_err(Failure::Scenario)?;
     let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(failure)?;
     let first = batch.seed_of(batch.flown().start);
-    let drawn = template.draw(first).map_err(|problem| Failure::Input(format!("seed {first}: {problem}")))?;
+    let drawn = template.draw(first).map_err(Failure::Scenario)?;
     for warning in &drawn.warnings {
         note(&format!("warning: {warning}"));
     }
@@ -84,7 +84,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// An error with its exit status.
 pub(crate) fn failure(error: MonteCarloError) -> Failure {
-    if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
+    match error {
+        MonteCarloError::Scenario(error) => Failure::Scenario(error),
+        error if error.is_wrong_input() => Failure::input(error),
+        error => Failure::running(error),
+    }
 }
 
 /// Puts the page of a batch beside its results, if it is not there yet.

@@ -75,7 +75,7 @@ impl Default for Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::input)?;
+    let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::Scenario)?;
     for warning in &scenario.warnings {
         note(&format!("warning: {warning}"));
     }
@@ -155,7 +155,7 @@ fn fly(
     mut look: impl FnMut(&Frame) -> Result<(), Failure>,
 ) -> Result<Closed, Failure> {
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
-    let resolved = scenario.resolved().map_err(Failure::input)?;
+    let resolved = scenario.resolved().map_err(Failure::Scenario)?;
     let mut writer = Writer::create(out, &manifest(scenario), &resolved).map_err(Failure::running)?;
     let progress = progress(mission.frames());
     while let Some(frame) = mission.frame() {

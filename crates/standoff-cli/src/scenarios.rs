@@ -1,6 +1,6 @@
 //! `standoff scenarios` and `standoff check`.
 
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in};
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, schema};
 
 use crate::failure::{Failure, note, print};
 use crate::outcome::count;
@@ -22,9 +22,14 @@ pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
     print(found.text)
 }
 
+/// Prints the JSON schema of scenario files.
+pub(crate) fn show_schema() -> Result<(), Failure> {
+    print(&format!("{:#}\n", schema()))
+}
+
 /// Checks a scenario.
 pub(crate) fn check(file: &str) -> Result<(), Failure> {
-    let scenario = Scenario::load(file, &Edits::default(), 1).map_err(Failure::input)?;
+    let scenario = Scenario::load(file, &Edits::default(), 1).map_err(Failure::Scenario)?;
     for warning in &scenario.warnings {
         note(&format!("warning: {file}: {warning}"));
     }

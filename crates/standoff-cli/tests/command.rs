@@ -188,8 +188,11 @@ fn any_traffic_file_flies_without_a_scenario() {
 
 #[test]
 fn wrong_input_is_refused_with_one_clear_message() {
-    check_refused(&["run", "bad.toml"], &["bad.toml:2:1: uavs.count = 0: must be at least 1 and at most 100"]);
-    check_refused(&["check", "bad.toml"], &["bad.toml:2:1: uavs.count = 0"]);
+    let drawn = "error: uavs.count = 0: must be at least 1 and at most 100\n --> bad.toml:2:1\n  |\n2 | count = 0\n  | ^^^^^^^^^\n";
+    check_refused(&["run", "bad.toml"], &[drawn]);
+    check_refused(&["check", "bad.toml"], &[drawn]);
+    check_refused(&["monte-carlo", "bad.toml", "--runs", "2"], &[drawn]);
+    check_refused(&["compare", "bad.toml", "paper/figure-8", "--runs", "2"], &[drawn]);
     check_refused(&["run", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
     check_refused(&["scenarios", "paper/table-9"], &["no built-in scenario of that name"]);
     check_refused(&["run", "--traffic", "bad.xml"], &["bad.xml:2:"]);
@@ -197,7 +200,14 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["run", "--traffic", "mine"], &["mine"]);
     check_refused(&["run", "--uavs", "0"], &["uavs.count = 0"]);
     check_refused(&["run", "--uavs", "two"], &["--uavs"]);
-    check_refused(&["run", "--set", "guidance.nonsense=1"], &["guidance.nonsense", "unknown field"]);
+    check_refused(
+        &["run", "--set", "guidance.radial_gian=1"],
+        &[
+            "guidance.radial_gian: there is no such key",
+            "| --set guidance.radial_gian=1",
+            "did you mean `radial_gain`?",
+        ],
+    );
     check_refused(
         &["run", "--set", "orbit.radius_max_m=1"],
         &["orbit.radius_max_m = 1", "not smaller than radius_min_m"],
@@ -227,6 +237,8 @@ fn a_printed_scenario_can_be_run() {
     let output = standoff(folder.path(), &["run", "mine.toml"]);
     assert!(text(&output.stdout).contains("results in standoff-out/mine-1"));
     assert!(text(&standoff(folder.path(), &["scenarios"]).stdout).contains("paper/table-2-pair "));
+    let schema: Value = serde_json::from_slice(&standoff(folder.path(), &["scenarios", "--schema"]).stdout).unwrap();
+    assert_eq!(schema["title"], "A scenario of standoff");
 }
 
 #[test]

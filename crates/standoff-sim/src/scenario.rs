@@ -8,10 +8,12 @@ mod builtin;
 mod check;
 mod error;
 pub mod file;
+mod form;
 mod load;
 mod locate;
 mod number;
 mod resolve;
+mod schema;
 mod start;
 mod team;
 
@@ -21,11 +23,13 @@ use std::sync::Arc;
 use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in};
-pub use error::{Problem, ScenarioError};
+pub use error::{Excerpt, Problem, ScenarioError};
 pub use load::Edits;
 pub use locate::Place;
 pub use number::Number;
+pub use schema::schema;
 
+use crate::draws::Draws;
 use crate::traffic::{Origin, Traffic};
 
 /// Everything that determines a run.
@@ -158,9 +162,7 @@ pub struct Template {
 impl Template {
     /// Loads a built-in scenario by name, or a file, and the traffic file it names.
     pub fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
-        let typed = load::Typed::load(name_or_file, edits)?;
-        let traffic = resolve::read_traffic(&typed)?.map(Arc::new);
-        Ok(Self { typed, traffic })
+        Self::with_traffic(load::Typed::load(name_or_file, edits)?)
     }
 
     /// The scenario that a text of [`Self::text`] tells of, with the traffic file it names: built in, or looked for from
@@ -170,8 +172,20 @@ impl Template {
         if let (Some(table), Some(file)) = (&mut typed.file.traffic, traffic) {
             table.file = file.to_string_lossy().into_owned();
         }
-        let traffic = resolve::read_traffic(&typed)?.map(Arc::new);
-        Ok(Self { typed, traffic })
+        Self::with_traffic(typed)
+    }
+
+    /// With the traffic file read. What is wrong in the scenario's form, in its ranges and in that file is told at once.
+    fn with_traffic(typed: load::Typed) -> Result<Self, ScenarioError> {
+        let (traffic, mut problems) = match resolve::read_traffic(&typed) {
+            Ok(traffic) if typed.problems.is_empty() => return Ok(Self { typed, traffic: traffic.map(Arc::new) }),
+            Ok(traffic) => (traffic, Vec::new()),
+            Err(error) => (None, error.problems),
+        };
+        if let Err(error) = resolve::checked(&typed, traffic.as_ref(), Draws::new(0)) {
+            problems.splice(..0, error.problems);
+        }
+        Err(ScenarioError { problems })
     }
 
     /// The scenario's name.
@@ -182,7 +196,7 @@ impl Template {
     /// The scenario before anything is drawn, as TOML in one spelling: with what the command line changed, and with
     /// defaults spelt out. Of a traffic file only the name is in it: see [`Self::traffic_crc32`].
     pub fn text(&self) -> Result<String, ScenarioError> {
-        resolve::text(&self.typed.label, &self.typed.file)
+        resolve::text(&self.typed.origin.label, &self.typed.file)
     }
 
     /// A checksum of what was read from the traffic file, whatever its name and form.

@@ -27,7 +27,7 @@ mod build;
 mod csv;
 mod fcd;
 mod lines;
-mod value;
+pub(crate) mod value;
 mod vehicle;
 
 use std::fs::File;

@@ -81,27 +81,158 @@ fn more_targets_leave_the_first_ones_alone() {
 }
 
 #[test]
-fn unknown_keys_are_errors_with_line_and_column() {
-    check_error(
+fn an_unknown_key_suggests_the_right_one() {
+    let unknown = |text: &str, expected: &str| check_error(&format!("{text}{TARGET}"), expected);
+    unknown(
         "[uavs]\ncount = 1\n  speeed_m_s = 40.0\n",
-        "/mine.toml:3:3: uavs.speeed_m_s: unknown field `speeed_m_s`, expected one of `speed_m_s`, \
-         `speed_change_max_m_s`, `turn_rate_max_rad_s`, `speed_lag_s`, `turn_rate_lag_s`, `count`, `integrator`, \
-         `ring`, `at`, `outage`",
+        "/mine.toml:3:3: uavs.speeed_m_s: there is no such key; did you mean `speed_m_s`?",
+    );
+    unknown(
+        "[guidance]\nlead = \"constant\"\nradial-gian = 1.0\n",
+        "/mine.toml:3:1: guidance.radial-gian: there is no such key; did you mean `radial_gain`?",
+    );
+    unknown("duration = 5\n", "/mine.toml:1:1: duration: there is no such key; did you mean `duration_s`?");
+    unknown("[guidence]\nlead_s = 5\n", "/mine.toml:1:2: guidence: there is no such key; did you mean `guidance`?");
+    unknown(
+        "[orbit]\nlead_s = 5\n",
+        "/mine.toml:2:1: orbit.lead_s: there is no such key; `lead_s` stands in [guidance]",
+    );
+    unknown(
+        "[uavs]\nduration_s = 5\n",
+        "/mine.toml:2:1: uavs.duration_s: there is no such key; `duration_s` stands at the top",
+    );
+    unknown(
+        "[uavs]\ncolour = 5\n",
+        "/mine.toml:2:1: uavs.colour: there is no such key; in [uavs] there are speed_m_s, speed_change_max_m_s, \
+         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, ring, at, outage",
+    );
+    unknown(
+        "[[uavs.at]]\nheading = 5\n",
+        "/mine.toml:2:1: uavs.at.0.heading: there is no such key; did you mean `heading_deg`?",
     );
 }
 
 #[test]
 fn a_value_of_the_wrong_kind_is_an_error_with_line_and_column() {
-    check_error(
+    let wrong = |text: &str, expected: &str| check_error(&format!("{text}{TARGET}"), expected);
+    wrong(
         "[guidance]\nlead_s = \"long\"\n",
-        "/mine.toml:2:1: guidance.lead_s: invalid type: string \"long\", expected a number, \
+        "/mine.toml:2:1: guidance.lead_s = \"long\": must be a number, \
          { uniform = { min = .., max = .. } } or { normal = { mean = .., sd = .. } }",
     );
-    check_error(
+    wrong(
         "[guidance]\nsense = \"left\"\n",
-        "/mine.toml:2:1: guidance.sense: unknown variant `left`, expected `anticlockwise` or `clockwise`",
+        "/mine.toml:2:1: guidance.sense = \"left\": must be \"anticlockwise\" or \"clockwise\"",
     );
-    check_error("duration_s = \n", "/mine.toml:1:14: string values must be quoted, expected literal string");
+    wrong(
+        "[guidance]\nsense = \"clokwise\"\n",
+        "/mine.toml:2:1: guidance.sense = \"clokwise\": must be \"anticlockwise\" or \"clockwise\"; did you mean `clockwise`?",
+    );
+    wrong("duration_s = \n", "/mine.toml:1:14: not a value: a number, true, false, or text in \"quotes\"");
+    wrong("uavs = 3\n", "/mine.toml:1:1: uavs = 3: must be a table");
+    wrong("[uavs]\nat = 3\n", "/mine.toml:2:1: uavs.at = 3: must be an array of tables, [[uavs.at]]");
+    wrong(
+        "[orbit]\nmargin_sds = { uniform = { min = 1, mox = 2 } }\n",
+        "/mine.toml:2:37: orbit.margin_sds.uniform.mox = 2: unknown field `mox`, expected `min` or `max`",
+    );
+    wrong(
+        "[orbit]\nmargin_sds = { normal = { mean = 1 } }\n",
+        "/mine.toml:2:16: orbit.margin_sds.normal: missing field `sd`",
+    );
+}
+
+#[test]
+fn everything_that_is_wrong_is_told_at_once_in_the_order_of_the_text() {
+    let text = "\
+about = 3
+duration = 5
+settle_s = nan
+period_s = 1..5
+[guidance]
+radial_gian = 0.5
+lead_s = \"three\"
+lead = \"scheduld\"
+[uavs]
+count = 500
+at = [1, { x_m = 2 }]
+[orbit]
+margin_sds = { uniform = { min = 3, mx = 4 } }
+radius_min_m = -1
+[[targets.at]]
+vx_m_s = 1e9
+z_m = 1
+[[targets.at]]
+y_m = [
+";
+    let error = load(text).unwrap_err();
+    let lines: Vec<_> = error.lines().map(|line| line.split_once(": ").unwrap()).collect();
+    let places: Vec<_> = lines.iter().map(|(place, _)| place.trim_start_matches("/mine.toml:")).collect();
+    let expected =
+        ["1:1", "2:1", "3:1", "4:14", "6:1", "7:1", "8:1", "10:1", "11:7", "13:37", "14:1", "16:1", "17:1", "19:8"];
+    assert_eq!(places, expected, "{error}");
+}
+
+#[test]
+fn a_drawn_value_out_of_range_is_told_for_one() {
+    let text = format!("[guidance]\nlead_s = {{ uniform = {{ min = -3, max = -2 }} }}\n{TARGET}");
+    let error = load(&text).unwrap_err();
+    assert!(error.starts_with("/mine.toml:2:1: guidance.lead_s = -2."), "{error}");
+    assert!(error.ends_with("; this is what was drawn: narrow the distribution"), "{error}");
+}
+
+#[test]
+fn a_problem_knows_the_text_under_which_it_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    fs::write(&path, format!("\u{feff}[guidance]\nlead_s = -1\n{TARGET}")).unwrap();
+    let error = Scenario::load(path.to_str().unwrap(), &set(&["guidance.radial_gain=7"]), 1).unwrap_err();
+    let excerpts = error.problems.iter().map(|problem| problem.excerpt.clone().unwrap());
+    let drawn: Vec<_> = excerpts.map(|excerpt| excerpt.text[excerpt.span].to_owned()).collect();
+    assert_eq!(drawn, ["lead_s = -1", "--set guidance.radial_gain=7"]);
+    assert_eq!(error.problems[0].place.unwrap().line, 2);
+}
+
+#[test]
+fn what_is_no_text_of_ours_is_refused_in_a_word() {
+    let refused = |bytes: &[u8]| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.toml");
+        fs::write(&path, bytes).unwrap();
+        let error = Scenario::load(path.to_str().unwrap(), &Edits::default(), 1).unwrap_err().to_string();
+        error.replace(&folder.path().display().to_string(), "")
+    };
+    let utf16 = "UTF-16 text; a scenario is a TOML file in UTF-8: save it again in that encoding";
+    assert_eq!(refused(b"\xff\xfea\0 \0=\0"), format!("/mine.toml: {utf16}"));
+    assert_eq!(refused(b"a\0 \0=\0"), format!("/mine.toml: {utf16}"));
+    assert_eq!(
+        refused(b"about = \"x\"\nabout2 = \"\xe9\""),
+        "/mine.toml:2:11: not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding"
+    );
+    let long = "/mine.toml: longer than 4 MiB; name many targets in a traffic file, see [traffic]";
+    assert_eq!(refused(&vec![b' '; (4 << 20) + 1]), long);
+    let nested = refused("[".repeat(100_000).as_bytes());
+    assert!(nested.starts_with("/mine.toml:1:") && nested.lines().count() == 1, "{nested}");
+    let nested = refused(format!("a = {}", "[".repeat(100_000)).as_bytes());
+    assert_eq!(nested, "/mine.toml:1:85: cannot recurse further; max recursion depth met");
+    let broken = refused(&[b"a = \0\n", b"about = \"\x1b[31m\"\n".as_slice()].concat());
+    assert!(!broken.replace('\n', "").contains(char::is_control), "{broken:?}");
+}
+
+#[test]
+fn endings_of_lines_and_an_editors_mark_change_nothing() {
+    let text = format!("duration_s = 50\n{TARGET}");
+    let plain = load(&text).unwrap();
+    for same in [text.replace('\n', "\r\n"), format!("\u{feff}{text}")] {
+        assert_eq!(load(&same).unwrap().resolved().unwrap(), plain.resolved().unwrap());
+    }
+}
+
+#[test]
+fn the_schema_for_editors_is_up_to_date() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenario.schema.json");
+    let schema = format!("{:#}\n", standoff_sim::scenario::schema());
+    let hint = "write it again: standoff scenarios --schema > docs/scenario.schema.json";
+    assert!(fs::read_to_string(path).unwrap() == schema, "{hint}");
 }
 
 #[test]
@@ -162,7 +293,10 @@ fn the_command_line_changes_values_and_is_blamed_for_them() {
         error(&["guidance.radial_gain=5"]),
         "command line: guidance.radial_gain = 5: must be at least 0.001 and at most 1"
     );
-    assert_eq!(error(&["radial_gain"]), "--set: \"radial_gain\": must be KEY=VALUE, like guidance.radial_gain=0.5");
+    assert_eq!(
+        error(&["radial_gain"]),
+        "command line: \"radial_gain\": must be KEY=VALUE, like guidance.radial_gain=0.5"
+    );
     assert!(error(&["duration_s.x=5"]).contains("goes through something that is not a table"));
 }
 
@@ -285,8 +419,8 @@ fn a_mistake_is_reported_once_and_the_command_line_is_blamed_for_its_own() {
         "/mine.toml:2:1: sensor.range_sd_m = 1000000: must be at least 0 and at most 100000",
     );
     let error = |values: &[&str]| Scenario::load("tour/01-one-uav", &set(values), 1).unwrap_err().to_string();
-    assert!(error(&["nope.key=1"]).starts_with("command line: nope: unknown field"), "{}", error(&["nope.key=1"]));
-    assert!(error(&["uavs.at=[{x_m=1,z=2}]"]).starts_with("command line: uavs.at"));
+    assert!(error(&["nope.key=1"]).starts_with("command line: nope: there is no such key"));
+    assert!(error(&["uavs.at=[{x_m=1,z=2}]"]).contains("command line: uavs.at.0.z: there is no such key"));
 }
 
 #[test]

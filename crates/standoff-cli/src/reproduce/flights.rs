@@ -84,7 +84,7 @@ impl Flown {
     }
 
     fn template(&self) -> Result<Template, Failure> {
-        Template::load(&self.scenario, &self.edits).map_err(Failure::input)
+        Template::load(&self.scenario, &self.edits).map_err(Failure::Scenario)
     }
 }
 

@@ -4,7 +4,8 @@ use standoff::{Allowed, ParamError, TeamParams};
 
 use super::error::{Problem, ScenarioError};
 use super::file::ScenarioFile;
-use super::load::Typed;
+use super::load::{Typed, related};
+use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::KEYS;
 
@@ -108,15 +109,28 @@ const PARTNERS: &[(&str, &str)] = &[
     ("duration_s", "period_s"),
 ];
 
-/// Problems found so far, by key.
+/// Problems found so far.
 #[derive(Default)]
 pub(super) struct Problems {
-    found: Vec<(String, String)>,
+    found: Vec<Found>,
+}
+
+struct Found {
+    key: String,
+    what: String,
+    /// The key's value, where the scenario does not tell it any more.
+    value: Option<toml::Value>,
 }
 
 impl Problems {
     pub(super) fn add(&mut self, key: String, what: String) {
-        self.found.push((key, what));
+        self.found.push(Found { key, what, value: None });
+    }
+
+    /// Something wrong with a number itself. A sound one takes its place, so that everything else can be checked.
+    pub(super) fn replace(&mut self, key: String, what: String, number: &mut Number) {
+        let value = toml::Value::try_from(std::mem::replace(number, Number::Constant(1.0))).ok();
+        self.found.push(Found { key, what, value });
     }
 
     fn check(&mut self, key: &str, number: f64, allowed: Allowed) {
@@ -167,23 +181,34 @@ impl Problems {
         self.add(key.to_owned(), format!("must be {allowed}"));
     }
 
-    /// All of them, if there are any, with the values of `file`: those typed, or drawn from them.
-    pub(super) fn report(&mut self, typed: &Typed, file: &ScenarioFile) -> Result<(), ScenarioError> {
-        if self.found.is_empty() {
+    /// All of them and those of the form, if there are any, with the values of `file`: those typed, or drawn from them.
+    pub(super) fn report(self, typed: &Typed, file: &ScenarioFile) -> Result<(), ScenarioError> {
+        let mut problems = typed.problems.clone();
+        if self.found.is_empty() && problems.is_empty() {
             return Ok(());
         }
+        let map = Map::new(&typed.origin.text);
+        let is_typed = |key: &str| typed.origin.is_typed(&map, key);
+        let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
+        let is_text_broken = typed.problems.len() > typed.left_out.len();
         let values = toml::Value::try_from(file).ok();
-        let told: Vec<String> = self.found.iter().map(|(key, _)| key.clone()).collect();
-        let mut problems = Vec::new();
-        for (key, what) in self.found.drain(..) {
+        let as_typed = toml::Value::try_from(&typed.file).ok();
+        let typed_as = |key: &str| as_typed.as_ref().and_then(|values| lookup(values, key));
+        let keys: Vec<String> = self.found.iter().map(|found| found.key.clone()).collect();
+        for (index, Found { key, what, value: replaced }) in self.found.into_iter().enumerate() {
             let partner = PARTNERS.iter().find(|(bounded, _)| *bounded == key).map(|(_, by)| *by);
-            let partner = partner.filter(|by| !typed.is_typed(&key) && typed.is_typed(by));
-            // A default that follows another value is not a mistake of its own.
-            if partner.is_some_and(|by| told.iter().any(|key| key == by)) {
+            // What follows from something that was left out is not a mistake of its own.
+            if is_left_out(&key) || partner.is_some_and(is_left_out) || is_text_broken && !is_typed(&key) {
                 continue;
             }
-            let (file, place) = typed.place(partner.unwrap_or(&key));
-            let value = values.as_ref().and_then(|values| lookup(values, &key));
+            let partner = partner.filter(|by| !is_typed(&key) && is_typed(by));
+            // Nor is a default that follows another value, nor what has been told.
+            if partner.is_some_and(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
+                continue;
+            }
+            let is_typed_as_table = typed_as(&key).is_some_and(toml::Value::is_table);
+            let value = replaced.or_else(|| values.as_ref().and_then(|values| lookup(values, &key)).cloned());
+            let is_drawn = is_typed_as_table && value.as_ref().is_some_and(|value| !value.is_table());
             let message = match value {
                 // 1e300 and 1e-300, not three hundred digits.
                 Some(toml::Value::Float(value)) if value.abs() >= 1e15 || value.abs() < 1e-6 => {
@@ -192,8 +217,15 @@ impl Problems {
                 Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}: {what}"),
                 _ => format!("{key}: {what}"),
             };
-            problems.push(Problem { file, place, message });
+            let help = is_drawn.then(|| "this is what was drawn: narrow the distribution".to_owned());
+            let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);
+            // Where the text cannot be read, that is the mistake.
+            let line = |problem: &Problem| problem.place.map(|place| place.line);
+            if !(is_text_broken && typed.problems.iter().any(|told| line(told) == line(&problem))) {
+                problems.push(problem);
+            }
         }
+        problems.sort_by_key(|problem| problem.place.map_or((usize::MAX, 0), |place| (place.line, place.column)));
         Err(ScenarioError { problems })
     }
 }

@@ -1,9 +1,12 @@
 //! What is wrong with a scenario, for people: where, which key, which value, what is allowed.
 
 use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
 
 use super::locate::Place;
 use crate::traffic::TrafficError;
+use crate::traffic::value::escaped;
 
 /// A scenario that cannot be used; displays one line per problem.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -15,17 +18,36 @@ pub struct ScenarioError {
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
-    /// The file, or `--set` for a value given on the command line.
+    /// The file, or `command line` for a value given there.
     pub file: String,
     /// Where in the file.
     pub place: Option<Place>,
+    /// What was typed there, to draw the problem under it.
+    pub excerpt: Option<Excerpt>,
     /// What is wrong: key, value and allowed range.
     pub message: String,
+    /// What may have been meant.
+    pub help: Option<String>,
+}
+
+/// A part of a text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excerpt {
+    /// The whole text.
+    pub text: Arc<str>,
+    /// The part, in bytes, at the borders of characters.
+    pub span: Range<usize>,
 }
 
 impl ScenarioError {
     pub(crate) fn one(file: impl Into<String>, place: Option<Place>, message: impl Into<String>) -> Self {
-        Self { problems: vec![Problem { file: file.into(), place, message: message.into() }] }
+        Problem { file: file.into(), place, excerpt: None, message: message.into(), help: None }.into()
+    }
+}
+
+impl From<Problem> for ScenarioError {
+    fn from(problem: Problem) -> Self {
+        Self { problems: vec![problem] }
     }
 }
 
@@ -50,9 +72,11 @@ impl fmt::Display for ScenarioError {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.place {
-            Some(Place { line, column }) => write!(f, "{}:{line}:{column}: {}", self.file, self.message),
-            None => write!(f, "{}: {}", self.file, self.message),
+        f.write_str(&escaped(&self.file))?;
+        if let Some(Place { line, column }) = self.place {
+            write!(f, ":{line}:{column}")?;
         }
+        write!(f, ": {}", self.message)?;
+        self.help.as_ref().map_or(Ok(()), |help| write!(f, "; {help}"))
     }
 }

@@ -3,6 +3,7 @@
 //! Every number may be a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
 //! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::Number;
@@ -19,7 +20,7 @@ macro_rules! table {
         })?
     ) => {
         $(#[$table_doc])*
-        #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+        #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
         #[serde(default, deny_unknown_fields)]
         pub struct $name {
             $($(#[$number_doc])* pub $number: Number,)*
@@ -42,7 +43,7 @@ macro_rules! table {
 }
 
 /// A scenario file.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScenarioFile {
     /// What the scenario shows, in a line.
@@ -119,7 +120,7 @@ table! {
 }
 
 /// `[uavs.ring]`: a ring about the centre of the first targets; headings along it.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Ring {
     /// Radius, m; if absent: the standoff distance of the targets' start.
@@ -342,7 +343,7 @@ table! {
 }
 
 /// `[traffic]`: targets from a file.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Traffic {
     /// SUMO floating-car data (XML) or CSV tracks, plain or gzip; relative to the scenario file.
@@ -359,7 +360,7 @@ pub struct Traffic {
 macro_rules! words {
     ($(#[$doc:meta])* $name:ident { $($(#[$word_doc:meta])* $word:ident),* $(,)? }) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
         #[serde(rename_all = "kebab-case")]
         pub enum $name { $($(#[$word_doc])* $word,)* }
     };

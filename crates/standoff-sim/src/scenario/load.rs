@@ -1,14 +1,23 @@
 //! From a scenario's text and what the command line changes about it to its typed form.
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use toml::{Table, Value};
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in};
-use super::error::ScenarioError;
+use super::error::{Excerpt, Problem, ScenarioError};
 use super::file::ScenarioFile;
-use super::locate::{Map, Place};
+use super::form::{self, MISTAKES_MAX};
+use super::locate::{Map, place_of};
+use crate::traffic::value::{quoted, shortened};
+
+/// Longer files are refused. Ten thousand targets spelt out are 2 MiB.
+const LENGTH_MAX: u64 = 4 << 20;
 
 /// What the command line changes about a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -26,14 +35,33 @@ pub struct Edits {
 pub(super) struct Typed {
     /// Name of the run.
     pub(super) name: String,
-    /// The file's name in messages.
-    pub(super) label: String,
-    pub(super) text: String,
+    /// Without what is wrong in its form.
     pub(super) file: ScenarioFile,
-    /// Keys that the command line gave.
-    pub(super) edited: Vec<String>,
+    /// What is wrong in its form.
+    pub(super) problems: Vec<Problem>,
+    /// Keys that were left out of `file` for that; in a text that is not TOML, all but those that were found in it.
+    pub(super) left_out: Vec<String>,
+    pub(super) origin: Origin,
     /// Where the traffic file is looked for; `None`: among the built-in ones.
     pub(super) traffic_from: Option<PathBuf>,
+}
+
+/// Where values were typed.
+#[derive(Debug, Clone)]
+pub(super) struct Origin {
+    /// The file's name in messages.
+    pub(super) label: String,
+    pub(super) text: Arc<str>,
+    /// What the command line gave.
+    edited: Vec<Edited>,
+}
+
+/// A key that the command line gave.
+#[derive(Debug, Clone)]
+struct Edited {
+    key: String,
+    /// As it was typed there.
+    text: Arc<str>,
 }
 
 impl Typed {
@@ -48,100 +76,191 @@ impl Typed {
                 (stem, name_or_file.to_owned(), read(name_or_file)?, Some(folder))
             }
         };
-        let mut table = parse(&label, &text)?;
-        let mut edited = Vec::new();
+        let mut origin = Origin { label, text: text.into(), edited: Vec::new() };
+        let (mut table, mut problems) = parse(&origin);
         if let Some(traffic) = &edits.traffic {
             table.remove("targets");
             table.remove("traffic");
             // A ring of the scenario's own size would mean nothing over other targets.
             remove(&mut table, "uavs", &["ring", "at"]);
-            set(&mut table, "traffic.file", Value::String(traffic.to_string_lossy().into_owned()))?;
             let file = traffic.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            set(&mut table, "about", Value::String(format!("UAVs over {file}")))?;
+            table.insert("about".to_owned(), Value::String(format!("UAVs over {file}")));
+            let file = Value::String(traffic.to_string_lossy().into_owned());
+            table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
             traffic_from = Some(PathBuf::new());
             name = traffic_name(traffic);
         }
         if let Some(uavs) = edits.uavs {
             remove(&mut table, "uavs", &["at"]);
-            set(&mut table, "uavs.count", Value::Integer(i64::from(uavs)))?;
-            edited.push("uavs.count".to_owned());
+            let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
+            problems.extend(origin.edit(&mut table, given.0, given.1, &given.2));
         }
         for edit in &edits.set {
-            let Some((key, value)) = edit.split_once('=') else {
-                let message = format!("\"{edit}\": must be KEY=VALUE, like guidance.radial_gain=0.5");
-                return Err(ScenarioError::one("--set", None, message));
-            };
-            set(&mut table, key.trim(), value_of(value.trim()))?;
-            edited.push(key.trim().to_owned());
+            let text = format!("--set {edit}");
+            problems.extend(match edit.split_once('=') {
+                Some((key, value)) => origin.edit(&mut table, key.trim(), value_of(value.trim()), &text),
+                None => {
+                    let what = format!("{}: must be KEY=VALUE, like guidance.radial_gain=0.5", quoted(edit));
+                    Some(on_command_line(what, &text.into()))
+                }
+            });
         }
-        let file = typed(table, &label, &text, &edited)?;
-        Ok(Self { name, label, text, file, edited, traffic_from })
+        Self::new(name, table, problems, origin, traffic_from)
     }
 
     /// A scenario that is nothing but its text.
     pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
-        let file = typed(parse(label, text)?, label, text, &[])?;
-        let (name, label, text) = (label.to_owned(), label.to_owned(), text.to_owned());
-        Ok(Self { name, label, text, file, edited: Vec::new(), traffic_from: None })
+        let origin = Origin { label: label.to_owned(), text: text.into(), edited: Vec::new() };
+        let (table, problems) = parse(&origin);
+        Self::new(label.to_owned(), table, problems, origin, None)
     }
 
+    /// Fails where nothing can be said of what is left.
+    fn new(
+        name: String,
+        table: Table,
+        mut problems: Vec<Problem>,
+        origin: Origin,
+        traffic_from: Option<PathBuf>,
+    ) -> Result<Self, ScenarioError> {
+        let (file, mistakes) = form::typed(table);
+        let map = Map::new(&origin.text);
+        let mut left_out = Vec::new();
+        for mistake in mistakes {
+            problems.push(origin.problem(&map, &mistake.key, mistake.message, mistake.help));
+            left_out.push(mistake.left_out);
+        }
+        match file {
+            Some(file) => Ok(Self { name, file, problems, left_out, origin, traffic_from }),
+            None => Err(ScenarioError { problems }),
+        }
+    }
+}
+
+impl Origin {
     /// The key was typed, in the file or on the command line.
-    pub(super) fn is_typed(&self, key: &str) -> bool {
-        is_edited(&self.edited, key) || Map::new(&self.text).has(key)
+    pub(super) fn is_typed(&self, map: &Map, key: &str) -> bool {
+        self.edited(key).is_some() || map.has(key)
     }
 
-    /// Where to point for a key: into the file, or at the command line.
-    pub(super) fn place(&self, key: &str) -> (String, Option<Place>) {
-        place(&self.label, &self.text, &self.edited, key)
+    /// A problem with a key, pointing into the file or at the command line.
+    pub(super) fn problem(&self, map: &Map, key: &str, message: String, help: Option<String>) -> Problem {
+        if let Some(edited) = self.edited(key) {
+            return Problem { help, ..on_command_line(message, &edited.text) };
+        }
+        let span = map.find(key);
+        Problem {
+            file: self.label.clone(),
+            place: span.as_ref().map(|span| place_of(&self.text, span.start)),
+            excerpt: span.map(|span| Excerpt { text: Arc::clone(&self.text), span }),
+            message,
+            help,
+        }
     }
+
+    /// The command line gave this key, a table around it, or a part of it.
+    fn edited(&self, key: &str) -> Option<&Edited> {
+        self.edited.iter().find(|edited| related(&edited.key, key))
+    }
+
+    /// Sets a key to what the command line gives.
+    fn edit(&mut self, table: &mut Table, key: &str, value: Value, text: &str) -> Option<Problem> {
+        let text = text.into();
+        let wrong = set(table, key, value).err().map(|what| on_command_line(what, &text));
+        self.edited.push(Edited { key: key.to_owned(), text });
+        wrong
+    }
+}
+
+/// One of both is the other, or within it.
+pub(super) fn related(one: &str, other: &str) -> bool {
+    let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
+    one == other || within(one, other) || within(other, one)
+}
+
+fn on_command_line(message: String, text: &Arc<str>) -> Problem {
+    let excerpt = Some(Excerpt { text: Arc::clone(text), span: 0..text.len() });
+    Problem { file: "command line".to_owned(), place: None, excerpt, message, help: None }
 }
 
 fn read(name: &str) -> Result<String, ScenarioError> {
-    match fs::read(name) {
-        Ok(bytes) => String::from_utf8(bytes)
-            .map_err(|_| ScenarioError::one(name, None, "not UTF-8 text; a scenario is a TOML file in UTF-8")),
-        Err(reason) if !Path::new(name).exists() && Path::new(name).extension().is_none() => {
+    let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
+    let mut bytes = Vec::new();
+    let read = File::open(name).and_then(|file| file.take(LENGTH_MAX + 1).read_to_end(&mut bytes));
+    match read {
+        Ok(_) => {}
+        Err(reason) if reason.kind() == io::ErrorKind::NotFound && Path::new(name).extension().is_none() => {
             let names: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
             let names = names.join(", ");
-            Err(ScenarioError::one(
-                name,
-                None,
-                format!("no such scenario; built in are {names}; or name a file ({reason})"),
-            ))
+            return refuse(&format!("no such scenario; built in are {names}; or name a file ({reason})"));
         }
-        Err(reason) => Err(ScenarioError::one(name, None, format!("cannot be read: {reason}"))),
+        Err(reason) => return refuse(&format!("cannot be read: {reason}")),
+    }
+    if bytes.len() as u64 > LENGTH_MAX {
+        let most = LENGTH_MAX >> 20;
+        return refuse(&format!("longer than {most} MiB; name many targets in a traffic file, see [traffic]"));
+    }
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.get(..2).is_some_and(is_half) {
+        return refuse("UTF-16 text; a scenario is a TOML file in UTF-8: save it again in that encoding");
+    }
+    match String::from_utf8(bytes) {
+        // An editor's mark, no part of the text.
+        Ok(text) => Ok(text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned)),
+        Err(error) => {
+            let good = String::from_utf8_lossy(&error.as_bytes()[..error.utf8_error().valid_up_to()]).into_owned();
+            let what = "not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding";
+            Err(ScenarioError::one(name, Some(place_of(&good, good.len())), what))
+        }
     }
 }
 
-fn parse(label: &str, text: &str) -> Result<Table, ScenarioError> {
-    toml::from_str(text).map_err(|error| {
-        let place = error.span().map(|span| Map::new(text).place(span.start));
-        ScenarioError::one(label, place, error.message().trim())
-    })
+/// Two bytes as no TOML file in UTF-8 begins with, but every one in UTF-16 without a mark.
+fn is_half(bytes: &[u8]) -> bool {
+    bytes.contains(&0) && bytes != [0, 0]
 }
 
-fn typed(table: Table, label: &str, text: &str, edited: &[String]) -> Result<ScenarioFile, ScenarioError> {
-    serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
-        let key = error.path().to_string().replace('[', ".").replace(']', "");
-        let (file, place) = place(label, text, edited, &key);
-        // The library adds a line that says where; the key says it better.
-        let inner = error.inner().to_string();
-        let what = inner.lines().next().unwrap_or_default();
-        ScenarioError::one(file, place, format!("{key}: {what}"))
-    })
-}
-
-fn place(label: &str, text: &str, edited: &[String], key: &str) -> (String, Option<Place>) {
-    if is_edited(edited, key) {
-        return ("command line".to_owned(), None);
+/// What can be understood of a text, and what cannot: once a line.
+fn parse(origin: &Origin) -> (Table, Vec<Problem>) {
+    let (table, errors) = DeTable::parse_recoverable(&origin.text);
+    let mut problems: Vec<Problem> = Vec::new();
+    for error in errors {
+        let span = error.span().unwrap_or_default();
+        let place = place_of(&origin.text, span.start);
+        if problems.iter().any(|told| told.place.is_some_and(|told| told.line == place.line)) {
+            continue;
+        }
+        let message = match error.message().trim() {
+            // Found for whatever stands where a value should.
+            "string values must be quoted, expected literal string" => {
+                "not a value: a number, true, false, or text in \"quotes\"".to_owned()
+            }
+            what => shortened(what, 200),
+        };
+        let excerpt = Some(Excerpt { text: Arc::clone(&origin.text), span });
+        problems.push(Problem { file: origin.label.clone(), place: Some(place), excerpt, message, help: None });
+        if problems.len() == MISTAKES_MAX {
+            break;
+        }
     }
-    (label.to_owned(), Map::new(text).find(key))
+    let broken: Vec<usize> = problems.iter().filter_map(|problem| problem.place).map(|place| place.line).collect();
+    (understood(table.get_ref(), &|at| broken.contains(&place_of(&origin.text, at).line)), problems)
 }
 
-/// The command line gave this key, a table around it, or a part of it.
-fn is_edited(edited: &[String], key: &str) -> bool {
-    let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
-    edited.iter().any(|edited| edited == key || within(key, edited) || within(edited, key))
+/// The keys of a table that have a value, without those that stand where something is broken.
+fn understood(table: &DeTable, is_broken: &impl Fn(usize) -> bool) -> Table {
+    let sound = table.iter().filter(|(key, value)| !is_broken(key.span().start) && !is_broken(value.span().start));
+    sound.filter_map(|(key, value)| Some((key.get_ref().to_string(), value_understood(value, is_broken)?))).collect()
+}
+
+fn value_understood(value: &Spanned<DeValue>, is_broken: &impl Fn(usize) -> bool) -> Option<Value> {
+    match value.get_ref() {
+        DeValue::Table(table) => Some(Value::Table(understood(table, is_broken))),
+        DeValue::Array(values) => {
+            let values = values.iter().map(|value| value_understood(value, is_broken));
+            values.collect::<Option<Vec<_>>>().map(Value::Array)
+        }
+        _ => Value::deserialize(ValueDeserializer::from(value.clone())).ok(),
+    }
 }
 
 fn value_of(text: &str) -> Value {
@@ -150,8 +269,8 @@ fn value_of(text: &str) -> Value {
     value.unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
-fn set(table: &mut Table, key: &str, value: Value) -> Result<(), ScenarioError> {
-    let refuse = |what: &str| Err(ScenarioError::one("--set", None, format!("{key}: {what}")));
+fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
+    let refuse = |what: &str| Err(format!("{}: {what}", shortened(key, 100)));
     let mut parts: Vec<_> = key.split('.').collect();
     let Some(last) = parts.pop().filter(|last| !last.is_empty()) else { return refuse("is not a key") };
     let mut here = table;

@@ -16,18 +16,17 @@ pub struct Place {
 
 /// The text of a scenario, parsed for places.
 pub(super) struct Map<'a> {
-    text: &'a str,
-    root: Option<Spanned<DeTable<'a>>>,
+    root: Spanned<DeTable<'a>>,
 }
 
 impl<'a> Map<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { text, root: DeTable::parse(text).ok() }
+        Self { root: DeTable::parse_recoverable(text).0 }
     }
 
-    /// Where a dotted key stands (`uavs.at.1.x_m`), or the nearest table around it.
-    pub(super) fn find(&self, key: &str) -> Option<Place> {
-        self.spans(key).last().map(|span| place(self.text, span.start))
+    /// Where a dotted key stands with its value (`uavs.at.1.x_m`), or the nearest table around it; bytes.
+    pub(super) fn find(&self, key: &str) -> Option<Range<usize>> {
+        self.spans(key).last()
     }
 
     /// The key itself stands in the text.
@@ -37,17 +36,12 @@ impl<'a> Map<'a> {
 
     /// The spans of a dotted key's parts, as far as they are there.
     fn spans(&self, key: &str) -> impl Iterator<Item = Range<usize>> {
-        let mut here = self.root.as_ref().map(|root| Step::Table(root.get_ref()));
+        let mut here = Some(Step::Table(self.root.get_ref()));
         key.split('.').map_while(move |part| {
             let (span, next) = here.take()?.into_part(part)?;
             here = next;
             Some(span)
         })
-    }
-
-    /// The place of a byte of the text.
-    pub(super) fn place(&self, offset: usize) -> Place {
-        place(self.text, offset)
     }
 }
 
@@ -68,16 +62,16 @@ impl<'a> Step<'a> {
                 (value.span(), value)
             }
         };
-        let next = match value.get_ref() {
-            DeValue::Table(table) => Some(Step::Table(table)),
-            DeValue::Array(values) => Some(Step::Array(values)),
-            _ => None,
-        };
-        Some((span, next))
+        Some(match value.get_ref() {
+            DeValue::Table(table) => (span, Some(Step::Table(table))),
+            DeValue::Array(values) => (span, Some(Step::Array(values))),
+            _ => (span.start..value.span().end.max(span.end), None),
+        })
     }
 }
 
-fn place(text: &str, offset: usize) -> Place {
+/// The place of a byte of a text.
+pub(super) fn place_of(text: &str, offset: usize) -> Place {
     let before = text.get(..offset).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     Place { line: before.matches('\n').count() + 1, column: before[line_start..].chars().count() + 1 }
@@ -90,16 +84,16 @@ mod tests {
     #[test]
     fn a_key_is_found_in_tables_and_arrays() {
         let text = "a = 1\n[b]\n  \"\u{e9}\" = 2\nc = 3\n[[d.at]]\nx = 4\n[[d.at]]\nx = 55\n";
-        let map = Map::new(text);
-        assert_eq!(map.find("a"), Some(Place { line: 1, column: 1 }));
-        assert_eq!(map.find("b.c"), Some(Place { line: 4, column: 1 }));
-        assert_eq!(map.find("d.at.1.x"), Some(Place { line: 8, column: 1 }));
-        assert_eq!(map.find("nowhere"), None);
+        let found = |key: &str| Map::new(text).find(key).map(|span| place_of(text, span.start));
+        assert_eq!(found("a"), Some(Place { line: 1, column: 1 }));
+        assert_eq!(found("b.c"), Some(Place { line: 4, column: 1 }));
+        assert_eq!(found("d.at.1.x"), Some(Place { line: 8, column: 1 }));
+        assert_eq!(found("nowhere"), None);
+        assert_eq!(Map::new(text).find("d.at.1.x").map(|span| &text[span]), Some("x = 55"));
     }
 
     #[test]
     fn a_key_that_is_not_there_is_looked_for_in_its_table() {
-        let map = Map::new("x = 0\n[b]\nc = 3\n");
-        assert_eq!(map.find("b.missing").map(|place| place.line), Some(2));
+        assert_eq!(Map::new("x = 0\n[b]\nc = 3\n").find("b.missing"), Some(7..8));
     }
 }

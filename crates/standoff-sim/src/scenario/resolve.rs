@@ -11,6 +11,7 @@ use super::check::{Problems, check_settings, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
 use super::load::Typed;
+use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::team;
 use super::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targets, start};
@@ -22,21 +23,8 @@ const PERIOD_S: f64 = 0.5;
 
 /// Draws, fills in and checks.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
-    let mut file = typed.file.clone();
     let draws = Draws::new(seed);
-    let mut problems = Problems::default();
-    draw_numbers(&mut file, draws, &mut problems);
-    problems.report(typed, &file)?;
-
-    if let Some(traffic) = traffic {
-        check_span(&file, traffic)?;
-    }
-    fill_in(&mut file, traffic.map(Arc::as_ref));
-    let settings = settings(&file);
-    check_who(&mut file, &mut problems);
-    check_settings(&file, &settings.team, &mut problems);
-    problems.report(typed, &file)?;
-
+    let (mut file, settings) = checked(typed, traffic.map(Arc::as_ref), draws)?;
     let targets = match traffic {
         Some(traffic) => Targets::Traffic(Arc::clone(traffic)),
         None => random_targets(&mut file, draws),
@@ -58,6 +46,26 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         settings,
         file,
     })
+}
+
+/// Everything drawn but the targets, filled in, and in its range.
+pub(super) fn checked(
+    typed: &Typed,
+    traffic: Option<&Traffic>,
+    draws: Draws,
+) -> Result<(ScenarioFile, Settings), ScenarioError> {
+    let mut file = typed.file.clone();
+    let mut problems = Problems::default();
+    draw_numbers(&mut file, draws, &mut problems);
+    if let Some(traffic) = traffic {
+        check_span(&file, traffic)?;
+    }
+    fill_in(&mut file, traffic);
+    let settings = settings(&file);
+    check_who(&mut file, &mut problems);
+    check_settings(&file, &settings.team, &mut problems);
+    problems.report(typed, &file)?;
+    Ok((file, settings))
 }
 
 /// The settings of a scenario in which everything is spelt out.
@@ -99,7 +107,7 @@ fn target_model(targets: &file::Targets) -> TargetParams {
 fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) {
     // Most numbers are constants: keys are spelt out for the others only.
     let mut draw = |key: fmt::Arguments, number: &mut Number| match number.problem() {
-        Some(problem) => problems.add(key.to_string(), problem),
+        Some(problem) => problems.replace(key.to_string(), problem, number),
         None if matches!(number, Number::Constant(_)) => {}
         None => {
             let key = key.to_string();
@@ -183,8 +191,7 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
 pub(super) fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     let Some(table) = &typed.file.traffic else { return Ok(None) };
     let refuse = |key: &str, message: String| {
-        let (file, place) = typed.place(key);
-        Err(ScenarioError::one(file, place, message))
+        Err(ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), key, message, None)))
     };
     if typed.file.targets.is_some() {
         return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());

@@ -83,12 +83,12 @@ pub(super) fn check_name(key: &str, name: &str) -> Result<(), String> {
 }
 
 /// Text from a file as messages show it: in quotes, on one line, and not too long.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     format!("\"{}\"", shortened(text, 60))
 }
 
 /// At most the first `most` characters of a text, on one line.
-pub(super) fn shortened(text: &str, most: usize) -> String {
+pub(crate) fn shortened(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}...", escaped(&text[..end])),
         None => escaped(text),
@@ -96,7 +96,7 @@ pub(super) fn shortened(text: &str, most: usize) -> String {
 }
 
 /// Text without characters that could break the line or upset a terminal.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.escape_debug().to_string()
 }
 

@@ -1,0 +1,136 @@
+//! The form of a scenario: from its TOML to its types, with everything that is wrong on the way.
+//!
+//! A value that cannot be taken is told of and left out, and reading goes on without it: so everything is found at once.
+
+use toml::{Table, Value};
+
+use super::file::ScenarioFile;
+use super::schema::KEYS;
+use crate::traffic::value::{quoted, shortened};
+
+/// After so many, reading stops: what goes wrong so often is not a scenario with mistakes.
+pub(super) const MISTAKES_MAX: usize = 20;
+
+/// Something that cannot be taken for what it stands for.
+pub(super) struct Mistake {
+    /// The key, dotted.
+    pub(super) key: String,
+    /// What was left out: the key, or something around it.
+    pub(super) left_out: String,
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+}
+
+/// The scenario, without what is wrong; `None` if too much is.
+pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
+    let mut mistakes = Vec::new();
+    while mistakes.len() < MISTAKES_MAX {
+        let error = match serde_path_to_error::deserialize(Value::Table(table.clone())) {
+            Ok(file) => return (Some(file), mistakes),
+            Err(error) => error,
+        };
+        let key = error.path().to_string().replace('[', ".").replace(']', "");
+        // The library adds a line that says where; the key says it better.
+        let inner = error.into_inner().to_string();
+        let value = lookup(&table, &key).cloned();
+        let (message, help) = told(&key, value.as_ref(), inner.lines().next().unwrap_or_default());
+        let left_out = take_out(&mut table, &key);
+        let stuck = left_out.is_none();
+        mistakes.push(Mistake { left_out: left_out.unwrap_or_else(|| key.clone()), key, message, help });
+        if stuck {
+            break;
+        }
+    }
+    (None, mistakes)
+}
+
+/// What is wrong with a key, and what may have been meant, from what the library says of it.
+fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>) {
+    let shown = shortened(key, 100);
+    if what.starts_with("unknown field") && KEYS.number(key).is_none() {
+        return (format!("{shown}: there is no such key"), Some(meant(key)));
+    }
+    let is = match value {
+        Some(Value::String(text)) => format!("{shown} = {}", quoted(text)),
+        Some(value) if !value.is_table() && !value.is_array() => format!("{shown} = {value}"),
+        _ => shown,
+    };
+    if let Some(words) = KEYS.words(key) {
+        let listed: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
+        let near = value.and_then(Value::as_str).and_then(|typed| nearest(typed, &words));
+        return (format!("{is}: must be {}", listed.join(" or ")), near.map(did_you_mean));
+    }
+    let wanted = what.strip_prefix("invalid type").and_then(|what| what.split_once(", expected "));
+    match wanted {
+        Some((_, wanted)) if wanted.starts_with("struct ") => (format!("{is}: must be a table"), None),
+        Some((_, "a sequence")) => (format!("{is}: must be an array of tables, [[{key}]]"), None),
+        Some((_, wanted)) => (format!("{is}: must be {wanted}"), None),
+        None => (format!("{is}: {}", shortened(what, 200)), None),
+    }
+}
+
+/// What a person who typed an unknown key may have meant.
+fn meant(key: &str) -> String {
+    let (table, typed) = key.rsplit_once('.').unwrap_or(("", key));
+    let keys = KEYS.of(table).unwrap_or_default();
+    if let Some(near) = nearest(typed, &keys) {
+        return did_you_mean(near);
+    }
+    if let Some(elsewhere) = KEYS.tables_with(typed).into_iter().next() {
+        let elsewhere = if elsewhere.is_empty() { "at the top".to_owned() } else { format!("in [{elsewhere}]") };
+        return format!("`{typed}` stands {elsewhere}");
+    }
+    let place = if table.is_empty() { "at the top".to_owned() } else { format!("in [{table}]") };
+    format!("{place} there are {}", keys.join(", "))
+}
+
+fn did_you_mean(word: &str) -> String {
+    format!("did you mean `{word}`?")
+}
+
+/// The word that is nearest to what was typed: without its unit, or with a letter or some wrong.
+fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
+    // Long enough for every key; the measure takes the product of both lengths.
+    if typed.len() > 60 {
+        return None;
+    }
+    let typed = typed.to_lowercase().replace('-', "_");
+    let distance = |word: &str| {
+        let without_unit = word.strip_prefix(typed.as_str()).is_some_and(|rest| rest.starts_with('_'));
+        if without_unit { 0 } else { strsim::damerau_levenshtein(&typed, &word.replace('-', "_")) }
+    };
+    let near = words.iter().map(|word| (distance(word), *word)).min_by_key(|(distance, _)| *distance);
+    near.filter(|(distance, word)| *distance * 3 <= word.len()).map(|(_, word)| word)
+}
+
+/// The value of a dotted key.
+fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    rest.into_iter().flat_map(|rest| rest.split('.')).try_fold(table.get(first)?, |here, part| match here {
+        Value::Array(values) => values.get(part.parse::<usize>().ok()?),
+        here => here.get(part),
+    })
+}
+
+/// Takes out what stands at a key: of a distribution the whole number, of an array the whole array, so that what is
+/// left is right in itself. Gives the key of what was taken out, if there was something.
+fn take_out(table: &mut Table, key: &str) -> Option<String> {
+    let mut key = KEYS.number(key).unwrap_or(key);
+    while let Some((array, index)) = key.rsplit_once('.')
+        && index.parse::<usize>().is_ok()
+    {
+        key = array;
+    }
+    let (parent, last) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut parts = parent.split('.').filter(|part| !part.is_empty());
+    let parent = match parts.next() {
+        None => table,
+        Some(first) => parts
+            .try_fold(table.get_mut(first)?, |here, part| match here {
+                Value::Array(values) => values.get_mut(part.parse::<usize>().ok()?),
+                here => here.get_mut(part),
+            })?
+            .as_table_mut()?,
+    };
+    parent.remove(last).map(|_| key.to_owned())
+}
