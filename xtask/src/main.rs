@@ -1,11 +1,13 @@
-//! Chores of the repository: `cargo xtask ledger` writes docs/ledger.md, `cargo xtask ledger --check` checks it.
+//! Chores of the repository: `cargo xtask ledger` writes docs/ledger.md, `cargo xtask ledger --check` checks it;
+//! `cargo xtask dependencies` checks licences and sources.
 
+mod dependencies;
 mod ledger;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask ledger [--check]";
+const USAGE: &str = "usage: cargo xtask ledger [--check], or cargo xtask dependencies";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -15,6 +17,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.as_slice() {
         ["ledger"] => ledger::write(&root),
         ["ledger", "--check"] => ledger::check(&root),
+        ["dependencies"] => dependencies::check(&root),
         _ => Err(USAGE.to_string()),
     };
     match outcome {

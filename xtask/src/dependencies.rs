@@ -1,0 +1,102 @@
+//! What the project depends on: licences and sources against `deny.toml`, the lock file, and, where the tool and its
+//! database are at hand, known vulnerabilities.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use cargo_metadata::{CargoOpt, MetadataCommand, Package};
+use serde::Deserialize;
+use spdx::{Expression, Licensee, ParseMode};
+
+/// The part of `deny.toml` that is checked here.
+#[derive(Deserialize)]
+struct Allowed {
+    licenses: Licences,
+    sources: Sources,
+}
+
+#[derive(Deserialize)]
+struct Licences {
+    allow: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+struct Sources {
+    allow_registry: Vec<String>,
+}
+
+/// Checks every package that any feature may bring in; says what was checked.
+pub(crate) fn check(root: &Path) -> Result<String, String> {
+    let text = fs::read_to_string(root.join("deny.toml")).map_err(|reason| format!("deny.toml: {reason}"))?;
+    let allowed: Allowed = toml::from_str(&text).map_err(|error| format!("deny.toml: {error}"))?;
+    let licensees = allowed
+        .licenses
+        .allow
+        .iter()
+        .map(|licence| Licensee::parse(licence).map_err(|error| format!("deny.toml: {licence}: {}", error.reason)));
+    let licensees = licensees.collect::<Result<Vec<_>, _>>()?;
+    let mut command = MetadataCommand::new();
+    command.current_dir(root).features(CargoOpt::AllFeatures).other_options(["--locked".to_owned()]);
+    let metadata = command.exec().map_err(|error| format!("the lock file does not tell all dependencies: {error}"))?;
+    let outside: Vec<&Package> = metadata.packages.iter().filter(|package| package.source.is_some()).collect();
+    let problems: Vec<String> =
+        outside.iter().flat_map(|package| problems(package, &licensees, &allowed.sources)).collect();
+    if !problems.is_empty() {
+        return Err(problems.join("\n"));
+    }
+    let known = advisories(root)?;
+    Ok(format!("{} dependencies: licences and sources as deny.toml allows; {known}", outside.len()))
+}
+
+fn problems(package: &Package, licensees: &[Licensee], sources: &Sources) -> Vec<String> {
+    let licence = licence_problem(package.license.as_deref().unwrap_or_default(), licensees);
+    let source = package.source.as_ref().map_or("", |source| source.repr.as_str());
+    let is_allowed = sources.allow_registry.iter().any(|allowed| source.strip_prefix("registry+") == Some(allowed));
+    let source = (!is_allowed).then(|| format!("from {source}, which deny.toml does not allow"));
+    let told = licence.into_iter().chain(source);
+    told.map(|problem| format!("{} {}: {problem}", package.name, package.version)).collect()
+}
+
+/// What is wrong with a licence expression, if anything.
+fn licence_problem(licence: &str, licensees: &[Licensee]) -> Option<String> {
+    match Expression::parse_mode(licence, ParseMode::LAX) {
+        Ok(expression) if expression.evaluate(|wanted| licensees.iter().any(|licensee| licensee.satisfies(wanted))) => {
+            None
+        }
+        Ok(_) => Some(format!("licence {licence}: deny.toml does not allow it")),
+        Err(error) => Some(format!("licence \"{licence}\" cannot be read: {}", error.reason)),
+    }
+}
+
+/// Asks `cargo deny`. Where it is not installed, or cannot reach its database, that is said, and no fault.
+fn advisories(root: &Path) -> Result<&'static str, String> {
+    let deny = |arguments: &[&str]| Command::new("cargo").arg("deny").args(arguments).current_dir(root).output();
+    if !deny(&["--version"]).is_ok_and(|output| output.status.success()) {
+        return Ok("advisories NOT checked: cargo-deny is not installed");
+    }
+    if !deny(&["fetch", "db"]).is_ok_and(|output| output.status.success()) {
+        return Ok("advisories NOT checked: the database cannot be reached");
+    }
+    let output = deny(&["check", "advisories"]).map_err(|reason| format!("cargo deny: {reason}"))?;
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    if output.status.success() { Ok("no known vulnerability") } else { Err(said) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn licences_that_are_not_listed_are_told() {
+        let licensees: Vec<Licensee> = ["MIT", "Zlib"].iter().filter_map(|name| Licensee::parse(name).ok()).collect();
+        let problem = |licence: &str| licence_problem(licence, &licensees);
+        assert_eq!(problem("MIT"), None);
+        assert_eq!(problem("MIT/Apache-2.0"), None);
+        assert_eq!(problem("GPL-3.0-only OR (MIT AND Zlib)"), None);
+        for refused in ["GPL-3.0-only", "MIT AND GPL-3.0-only", "Apache-2.0", "", "mine"] {
+            assert!(problem(refused).is_some_and(|told| told.contains(refused)), "{refused}");
+        }
+    }
+}
