@@ -17,6 +17,21 @@ use crate::sensors;
 use crate::world::{Truth, World};
 
 /// A mission in progress.
+///
+/// ```
+/// use standoff_sim::run::Mission;
+/// use standoff_sim::scenario::{Edits, Scenario};
+///
+/// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
+/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// let mut last_s = 0.0;
+/// while let Some(frame) = mission.frame() {
+///     assert_eq!((frame.uavs.len(), frame.truth.len()), (1, 1));
+///     last_s = frame.time_us as f64 / 1e6;
+/// }
+/// assert_eq!(last_s, scenario.settings.duration.s());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Mission<'a> {
     scenario: &'a Scenario,
     world: World<'a>,

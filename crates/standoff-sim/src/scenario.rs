@@ -33,6 +33,19 @@ use crate::draws::Draws;
 use crate::traffic::{Origin, Traffic};
 
 /// Everything that determines a run.
+///
+/// ```
+/// use standoff_sim::scenario::{Edits, Scenario};
+///
+/// let edits = Edits { set: vec!["duration_s=20".to_owned()], ..Edits::default() };
+/// let scenario = Scenario::load("paper/table-2-pair", &edits, 7)?;
+/// assert_eq!((scenario.uavs.len(), scenario.settings.duration.s()), (2, 20.0));
+///
+/// let wrong = Edits { set: vec!["guidance.lead_sec=3".to_owned()], ..Edits::default() };
+/// let error = Scenario::load("paper/table-2-pair", &wrong, 7).unwrap_err();
+/// assert_eq!(error.to_string(), "command line: guidance.lead_sec: there is no such key; did you mean `lead_s`?");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Scenario {
     /// Name of the built-in scenario or of the file, without its ending.
@@ -153,6 +166,17 @@ impl Scenario {
 }
 
 /// A scenario before anything is drawn: one scenario for every seed.
+///
+/// ```
+/// use standoff_sim::scenario::{Edits, Template};
+///
+/// // Read once, drawn for as many seeds as are wanted.
+/// let template = Template::load("paper/table-2-pair", &Edits::default())?;
+/// let (one, two) = (template.draw(1)?, template.draw(2)?);
+/// assert_eq!(one.settings, two.settings);
+/// assert_ne!(one.resolved()?, two.resolved()?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Template {
     typed: load::Typed,

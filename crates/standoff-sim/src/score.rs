@@ -97,6 +97,22 @@ impl Wanted {
 }
 
 /// Scores a run as its frames come.
+///
+/// ```
+/// use standoff_sim::run::Mission;
+/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::score::{Choice, Rules, Scorer};
+///
+/// let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1)?;
+/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// let mut scorer = Scorer::new(Rules::of(&scenario.settings), Choice::standard());
+/// while let Some(frame) = mission.frame() {
+///     scorer.frame(frame);
+/// }
+/// let metrics = scorer.metrics();
+/// assert_eq!(metrics.out_of_view_fraction, Some(0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Scorer {
     rules: Rules,

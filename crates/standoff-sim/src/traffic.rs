@@ -78,6 +78,18 @@ pub struct Origin {
 }
 
 /// The vehicles of one file; at least one.
+///
+/// ```
+/// use standoff_sim::traffic::{Options, read_from};
+///
+/// let csv = "t,id,x,y\n0,car,0,0\n1,car,10,0\n2,car,20,0\n";
+/// let traffic = read_from(csv.as_bytes(), "mine.csv", &Options::default())?;
+/// assert_eq!((traffic.vehicles.len(), traffic.span_s()), (1, 2.0));
+///
+/// let error = read_from("t,id,x,y\n0,car,here,0\n".as_bytes(), "mine.csv", &Options::default()).unwrap_err();
+/// assert!(error.to_string().starts_with("mine.csv:2:"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Traffic {
     /// By time of first appearance, then name.

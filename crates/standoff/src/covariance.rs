@@ -7,6 +7,14 @@ use nalgebra::{Matrix2, Matrix6, Vector2};
 /// Covariance P of a state `[x, vx, ax, y, vy, ay]`: 21 numbers speak for 36.
 ///
 /// Both axes have the same model, so what east and north have alike stands side by side and is worked on at once.
+///
+/// ```
+/// use standoff::Covariance;
+///
+/// let p = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
+/// assert_eq!(p.position()[(0, 0)], 400.0);
+/// assert_eq!(Covariance::from_upper_triangle(&p.upper_triangle()), p);
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Covariance {
     /// Of east with east, and of north with north: the upper triangle of each, row by row.

@@ -10,6 +10,16 @@ use crate::angle::Angle;
 use crate::math;
 
 /// A point, metres east and north of the origin.
+///
+/// ```
+/// use standoff::{Displacement, Position};
+///
+/// let uav = Position::from_m(400.0, 0.0);
+/// let centre = Position::from_m(0.0, 300.0);
+/// let to_centre: Displacement = centre - uav;
+/// assert_eq!((to_centre.x_m(), to_centre.y_m()), (-400.0, 300.0));
+/// assert_eq!(uav.distance_m(centre), 500.0);
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Position {
     x_m: f64,

@@ -15,6 +15,14 @@ pub struct ParamError {
 }
 
 /// An interval of allowed values, in the parameter's unit.
+///
+/// ```
+/// use standoff::Allowed;
+///
+/// let gain = Allowed::at_least(0.001).at_most(1.0);
+/// assert!(gain.contains(0.2) && !gain.contains(0.0) && !gain.contains(f64::NAN));
+/// assert_eq!(gain.to_string(), "at least 0.001 and at most 1");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowed {
     lower: Bound,

@@ -24,6 +24,18 @@ pub struct RangeBearing {
 }
 
 /// What the sensor is like.
+///
+/// ```
+/// use standoff::{Angle, Position, TeamParams};
+///
+/// let sensor = TeamParams::table_1().track.sensor;
+/// let (uav, target) = (Position::from_m(0.0, 400.0), Position::from_m(0.0, 0.0));
+/// let south = Angle::from_deg(-90.0);
+/// let seen = sensor.look(uav, south, target).expect("it is in view");
+/// assert_eq!((seen.range_m, seen.bearing), (400.0, south));
+/// // Behind the boresight nothing is seen.
+/// assert!(sensor.look(uav, Angle::from_deg(90.0), target).is_none());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorParams {
     /// Standard deviation of the range, sigma_r, m; above 0.

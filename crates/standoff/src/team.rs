@@ -12,6 +12,16 @@ use crate::target::TargetParams;
 use crate::uav::{Integrator, UavParams};
 
 /// Parameters of a team; every agent of it is built from the same.
+///
+/// ```
+/// use standoff::TeamParams;
+///
+/// let mut params = TeamParams::table_1();
+/// assert!(params.errors().is_empty());
+/// params.guidance.radial_gain = 5.0;
+/// assert_eq!(params.errors()[0].name, "radial_gain");
+/// assert!(params.errors()[0].to_string().contains("must be at least 0.001 and at most 1"));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TeamParams {
     /// Speeds, lags and limits of the UAVs.

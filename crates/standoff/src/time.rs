@@ -3,6 +3,15 @@
 use core::ops::{Add, Sub};
 
 /// A moment, microseconds since the start of the mission.
+///
+/// ```
+/// use standoff::{Duration, Time};
+///
+/// let period = Duration::from_s(0.5);
+/// let third = Time::START + period + period;
+/// assert_eq!((third.us(), third.s()), (1_000_000, 1.0));
+/// assert_eq!(third - Time::START, Duration::from_s(1.0));
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Time(i64);
 

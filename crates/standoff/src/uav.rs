@@ -82,6 +82,19 @@ pub enum Integrator {
 }
 
 /// Limits and lags of a UAV.
+///
+/// ```
+/// use standoff::{Angle, Command, Duration, Position, TeamParams, UavState};
+///
+/// let params = TeamParams::table_1().uav;
+/// let state =
+///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+/// // Too much is asked for: the limits are those of the paper's table.
+/// let limited = params.limit(Command { speed_m_s: 100.0, turn_rate_rad_s: 1.0 });
+/// assert_eq!((limited.command.speed_m_s, limited.command.turn_rate_rad_s), (55.0, 0.3));
+/// let next = params.response(Duration::from_s(0.5)).step(&state, limited.command);
+/// assert!(next.speed_m_s > 40.0 && next.heading.deg() > 90.0 && next.position.y_m() > 20.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UavParams {
     /// Nominal speed v_0, which is also the desired speed v_d, m/s; above 0.

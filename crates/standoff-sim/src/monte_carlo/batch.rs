@@ -16,6 +16,18 @@ use crate::score::{Choice, Metrics};
 pub(super) const FORMAT: u64 = 1;
 
 /// Everything that determines the rows of a batch: two that are equal give the same bytes.
+///
+/// ```
+/// use standoff_sim::monte_carlo::{Batch, Shard};
+/// use standoff_sim::scenario::{Edits, Template};
+/// use standoff_sim::score::Choice;
+///
+/// let template = Template::load("paper/table-2-pair", &Edits::default())?;
+/// // A hundred runs, the second quarter of them here.
+/// let batch = Batch::new(&template, 1, 100, Some(Shard { index: 1, of: 4 }), Choice::standard())?;
+/// assert_eq!((batch.flown(), batch.seed_of(25)), (25..50, 26));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Batch {
     /// Format of journal and results.

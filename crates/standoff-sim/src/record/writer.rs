@@ -14,6 +14,31 @@ use super::{FORMAT, Manifest, RecordError};
 ///
 /// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`; a writer that
 /// is dropped before removes it.
+///
+/// ```
+/// use standoff_sim::record::{Manifest, Record, Writer};
+/// use standoff_sim::run::Mission;
+/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::world::World;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let dir = folder.path().join("mine-1");
+/// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
+/// let settings = &scenario.settings;
+/// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
+/// let mut writer = Writer::create(&dir, &manifest, &scenario.resolved()?)?;
+/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// while let Some(frame) = mission.frame() {
+///     writer.frame(frame)?;
+/// }
+/// writer.finish(&World::names(&scenario))?;
+///
+/// let record = Record::open(&dir)?;
+/// assert_eq!(record.target_names(), ["target-1"]);
+/// let first = record.frames()?.next().expect("there is one")?;
+/// assert_eq!((first.time_us, first.uavs.len()), (0, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Writer {
     uavs: TableWriter<At<UavRow>>,
     truth: TableWriter<At<TruthRow>>,

@@ -89,6 +89,27 @@ impl Estimate {
 
 /// An extended information filter. It keeps the estimate; the information vector y and the information matrix Y that
 /// stand for it are made when asked for.
+///
+/// ```
+/// use standoff::*;
+///
+/// let sensor = TeamParams::table_1().track.sensor;
+/// let state = TargetState::new(Position::from_m(10.0, -5.0), Velocity::from_m_s(8.0, 0.0), [0.0, 0.0]);
+/// let covariance = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
+/// let mut filter = InformationFilter::new(Estimate { state, covariance }).expect("it is positive definite");
+/// filter.predict(&TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 }.transition(Duration::from_s(0.5)));
+///
+/// // Two UAVs measure; their contributions add up, whatever their order.
+/// let predicted = filter.estimate().state.position();
+/// let mut sum = Contribution::default();
+/// for uav in [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)] {
+///     let z = RangeBearing { range_m: 400.0, bearing: (Position::from_m(0.0, 0.0) - uav).direction() };
+///     sum += Contribution::of_measurement(&sensor, uav, &z, predicted);
+/// }
+/// let before_m = filter.estimate().position_sd_max_m();
+/// filter.update(&sum);
+/// assert!(filter.is_sound() && filter.estimate().position_sd_max_m() < before_m / 2.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InformationFilter {
     estimate: Estimate,

@@ -14,6 +14,16 @@ use crate::math;
 use crate::param::{Allowed, ParamError};
 
 /// Bounds and margins of the standoff distance.
+///
+/// ```
+/// use standoff::{Spread, TeamParams};
+///
+/// let orbit = TeamParams::table_1().group.standoff;
+/// // The further the furthest target from the centre, the larger the orbit, within its bounds.
+/// let of = |furthest_m: f64| orbit.distance(Spread { distance_m: furthest_m, rate_m_s: 0.0 }, 0.0).distance_m;
+/// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
+/// assert!(of(150.0) > of(120.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StandoffParams {
     /// Field of view alpha_f of the sensor, rad.

@@ -39,6 +39,18 @@ impl Sense {
 }
 
 /// A field onto the circle of radius `radius_m`.
+///
+/// ```
+/// use standoff::{Displacement, Sense, VectorField};
+///
+/// let field = VectorField { radius_m: 400.0, radial_gain: 1.0, sense: Sense::Anticlockwise };
+/// // On the orbit it leads along it: east of the centre, north.
+/// let on_orbit = field.velocity(Displacement::from_m(400.0, 0.0), 40.0);
+/// assert!(on_orbit.x_m_s().abs() < 1e-9 && (on_orbit.y_m_s() - 40.0).abs() < 1e-9);
+/// // Outside it also leads inwards, at the same speed.
+/// let outside = field.velocity(Displacement::from_m(800.0, 0.0), 40.0);
+/// assert!(outside.x_m_s() < 0.0 && (outside.speed_m_s() - 40.0).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VectorField {
     /// Radius r_d of the circle, m; above 0.
