@@ -77,6 +77,41 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
 }
 
 /// A run in one file that opens from disk, with no network.
+///
+/// ```
+/// use standoff_sim::record::Manifest;
+/// use standoff_sim::run::Mission;
+/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::score::Rules;
+/// use standoff_sim::world::World;
+/// use standoff_view::figures::Setup;
+/// use standoff_view::page::report;
+/// use standoff_view::replay::{Encoder, Head};
+///
+/// let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 1)?;
+/// let (settings, params) = (&scenario.settings, &scenario.settings.team);
+/// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
+/// let setup = Setup {
+///     title: manifest.title(),
+///     field_of_view_rad: params.track.sensor.field_of_view_rad,
+///     speed_min_m_s: params.uav.speed_m_s - params.uav.speed_change_max_m_s,
+///     speed_max_m_s: params.uav.speed_max_m_s(),
+///     turn_rate_max_rad_s: params.uav.turn_rate_max_rad_s,
+///     radius_min_m: params.group.standoff.radius_min_m,
+///     radius_max_m: params.group.standoff.radius_max_m,
+///     separation_rad: params.guidance.separation_rad,
+/// };
+/// let mut encoder = Encoder::new(&Rules::of(settings), 1);
+/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// let mut parts = Vec::new();
+/// while let Some(frame) = mission.frame() {
+///     parts.extend(encoder.frame(frame));
+/// }
+/// parts.extend(encoder.part());
+/// let page = report(&Head::new(&manifest, setup, World::names(&scenario)), &parts)?;
+/// assert!(page.starts_with("<!DOCTYPE html>") && page.len() > 1_000_000);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     let mut page = begin(REPLAY);
     put(&mut page, "head", &gzip(head.json()?.as_bytes()));

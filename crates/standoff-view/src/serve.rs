@@ -89,6 +89,31 @@ impl Default for Limits {
 }
 
 /// A site being served, until this is dropped.
+///
+/// ```
+/// use std::io::{Read, Write};
+/// use std::net::TcpStream;
+/// use std::sync::Arc;
+///
+/// use standoff_view::serve::{Answer, Limits, Server, Site};
+///
+/// struct Hello;
+///
+/// impl Site for Hello {
+///     fn get(&self, path: &str) -> Option<Answer> {
+///         let body = "hello".into();
+///         (path == "/").then_some(Answer { kind: "text/plain", body, gzip: false, immutable: false })
+///     }
+/// }
+///
+/// let server = Server::bind("127.0.0.1:0".parse()?, Arc::new(Hello), Limits::default())?;
+/// let mut stream = TcpStream::connect(server.address())?;
+/// write!(stream, "GET / HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", server.address())?;
+/// let mut answer = String::new();
+/// stream.read_to_string(&mut answer)?;
+/// assert!(answer.starts_with("HTTP/1.1 200 OK") && answer.ends_with("hello"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
