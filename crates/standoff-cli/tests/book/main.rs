@@ -1,0 +1,193 @@
+//! The book: every command in it is run and prints what the page says, every scenario loads, every link leads somewhere.
+//!
+//! The pages are Markdown as it is; lines `<!-- book: ... -->` before a block of code tell this test more:
+//!
+//! | mark | means |
+//! |---|---|
+//! | `not run: WHY` | the block's commands cannot be run here |
+//! | `shorter: COMMAND` | the command that this one begins with is run so, with fewer runs |
+//! | `exit N` | they end with that status, not 0 |
+//! | `save as NAME` | the block is a file that the page's reader makes |
+//! | `not a scenario` | the TOML is wrong on purpose |
+//! | `copy FILE` | the reader has that file of the repository beside |
+
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod page;
+mod shell;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use page::{Block, Page};
+use shell::{check_quoted, copy, left_out, run, typed};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The pages in a folder of the repository and those below, by name.
+fn pages(folder: &str) -> Vec<Page> {
+    let entries = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let mut entries: Vec<_> = entries.collect();
+    entries.sort();
+    let mut found = Vec::new();
+    for entry in entries {
+        let path = Path::new(folder).join(entry.file_name().unwrap());
+        if entry.is_dir() && !folder.is_empty() {
+            found.extend(pages(path.to_str().unwrap()));
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            found.push(Page { path, text: fs::read_to_string(entry).unwrap() });
+        }
+    }
+    found
+}
+
+/// What a user reads: the front page, the book, the examples.
+fn for_users() -> impl Iterator<Item = Page> {
+    let front = pages("").into_iter().filter(|page| page.path == Path::new("README.md"));
+    front.chain(pages("docs")).chain(pages("examples"))
+}
+
+/// What became of a page's commands.
+#[derive(Default)]
+struct Tally {
+    run: usize,
+    left_out: Vec<String>,
+    wrong: Vec<String>,
+}
+
+#[test]
+fn every_command_runs_and_prints_what_the_page_says() {
+    let mut tally = Tally::default();
+    for page in for_users() {
+        let folder = tempfile::tempdir().unwrap();
+        for block in page.blocks() {
+            let place = format!("{}:{}", page.name(), block.line);
+            for file in block.marks.iter().filter_map(|mark| mark.strip_prefix("copy ")) {
+                copy(&root().join(file), folder.path());
+            }
+            if let Some(name) = block.mark("save as") {
+                fs::write(folder.path().join(name), &block.text).unwrap();
+            }
+            match block.language.as_str() {
+                "" | "console" | "sh" => follow(&place, &block, folder.path(), &mut tally),
+                "toml" if block.mark("not a scenario").is_some() => {}
+                "toml" => tally.wrong.extend(refused(&block, folder.path()).map(|why| format!("{place}: {why}"))),
+                "rust" | "text" | "csv" => {}
+                other => match block.mark("not run:") {
+                    Some(why) => tally.left_out.push(format!("{place}: {other}: {why}")),
+                    None => tally.wrong.push(format!("{place}: {other} is nothing that this test can check")),
+                },
+            }
+        }
+    }
+    println!("{} commands run; not run:\n{}", tally.run, tally.left_out.join("\n"));
+    assert!(tally.wrong.is_empty(), "{}", tally.wrong.join("\n\n"));
+    assert!(tally.run > 50, "only {} commands were found", tally.run);
+}
+
+/// Does what a block says.
+fn follow(place: &str, block: &Block, folder: &Path, tally: &mut Tally) {
+    let expected = block.mark("exit").map_or(0, |status| status.parse().unwrap());
+    for typed in typed(&block.language, &block.text) {
+        let command = &typed.command;
+        if let Some(why) = block.mark("not run:").or(left_out(command)) {
+            tally.left_out.push(format!("{place}: {command}: {why}"));
+            continue;
+        }
+        let bare = command.split(" #").next().unwrap_or_default().trim_end();
+        let shorter = block.mark("shorter:").filter(|shorter| shorter.starts_with(bare));
+        let (status, printed) = run(folder, shorter.unwrap_or(command));
+        tally.run += 1;
+        let quoted = check_quoted(&typed.output, &printed);
+        if status != Some(expected) || quoted.is_err() {
+            let why = quoted.err().unwrap_or_default();
+            tally.wrong.push(format!("{place}: {command}: exit status {status:?}: {why}\n{printed}"));
+        }
+    }
+}
+
+/// Why a scenario, or a part of one with a target beside it, does not load.
+fn refused(block: &Block, folder: &Path) -> Option<String> {
+    let has_targets = ["[targets.scatter]", "[[targets.at]]", "[traffic]"].iter().any(|key| block.text.contains(key));
+    let target = if has_targets { "" } else { "\n[[targets.at]]\n" };
+    fs::write(folder.join("snippet.toml"), format!("{}{target}", block.text)).unwrap();
+    let (status, printed) = run(folder, "standoff check snippet.toml");
+    fs::remove_file(folder.join("snippet.toml")).unwrap();
+    (status != Some(0)).then_some(printed)
+}
+
+/// Commands that are named in passing exist, with the options named.
+#[test]
+fn every_command_and_option_that_is_mentioned_exists() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut known: Vec<(String, String)> = Vec::new();
+    let mut wrong = Vec::new();
+    for page in for_users() {
+        for command in page.quoted().filter(|quoted| quoted.starts_with("standoff ")) {
+            let mut words = command.split_whitespace().skip(1);
+            let name = words.next().unwrap_or_default();
+            if !known.iter().any(|(known, _)| known == name) {
+                let help = run(folder.path(), &format!("standoff {} --help", name.trim_start_matches("--help")));
+                known.push((name.to_owned(), if help.0 == Some(0) { help.1 } else { String::new() }));
+            }
+            let help = &known.iter().find(|(known, _)| known == name).unwrap().1;
+            let options = words.filter(|word| word.starts_with("--"));
+            let missing: Vec<_> = options.filter(|option| !help.contains(*option)).collect();
+            if help.is_empty() || !missing.is_empty() {
+                wrong.push(format!("{}: {command} {missing:?}", page.name()));
+            }
+        }
+    }
+    assert!(known.len() > 5 && wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Code that a page shows is code that is compiled and tested: lines of the example, one after the other.
+#[test]
+fn quoted_code_stands_in_the_example() {
+    let trimmed = |text: &str| text.lines().map(str::trim).collect::<Vec<_>>().join("\n");
+    let sources = ["main.rs", "wire.rs"].map(|file| root().join("crates/standoff/examples/companion").join(file));
+    let sources = sources.map(|file| trimmed(&fs::read_to_string(file).unwrap()));
+    let mut found = 0;
+    for page in for_users() {
+        for block in page.blocks().iter().filter(|block| block.language == "rust") {
+            let quoted = trimmed(&block.text);
+            let is_there = sources.iter().any(|source| source.contains(&quoted));
+            assert!(is_there, "{}:{}: not in the example", page.name(), block.line);
+            found += 1;
+        }
+    }
+    assert!(found > 3, "only {found} quotations were found");
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let mut wrong = Vec::new();
+    let all = ["", "docs", "examples", "scenarios"].map(pages);
+    for page in all.iter().flatten() {
+        for link in page.links() {
+            let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
+            let target = if file.is_empty() { page.path.clone() } else { page.folder().join(file) };
+            let text = fs::read_to_string(root().join(&target)).unwrap_or_default();
+            let is_there = root().join(&target).exists();
+            let target = Page { path: target, text };
+            if !is_there || !anchor.is_empty() && !target.anchors().contains(&anchor.to_owned()) {
+                wrong.push(format!("{}: {link}", page.name()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn every_page_is_a_chapter_once() {
+    let pages = pages("docs");
+    let summary = pages.iter().find(|page| page.path.ends_with("SUMMARY.md")).unwrap();
+    let mut chapters = summary.links();
+    chapters.sort();
+    let names =
+        pages.iter().filter_map(|page| page.path.strip_prefix("docs").ok()).map(|path| path.display().to_string());
+    assert_eq!(chapters, names.filter(|name| name != "SUMMARY.md").collect::<Vec<_>>());
+}

@@ -1,0 +1,136 @@
+//! Commands as a reader types them, and what comes of them.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::{env, fs};
+
+/// A command, and what the page quotes of its output.
+pub(crate) struct Typed {
+    pub(crate) command: String,
+    pub(crate) output: Vec<String>,
+}
+
+/// The commands of a block: in `console` after `$ `, else every line; those that go on after a backslash are one.
+pub(crate) fn typed(language: &str, text: &str) -> Vec<Typed> {
+    let mut commands: Vec<Typed> = Vec::new();
+    let mut goes_on = false;
+    for line in text.lines() {
+        let is_command = language != "console" && !line.is_empty() && !line.starts_with('#');
+        match (line.strip_prefix("$ ").or_else(|| is_command.then_some(line)), commands.last_mut()) {
+            (_, Some(last)) if goes_on => last.command += &format!("\n{line}"),
+            (Some(command), _) => commands.push(Typed { command: command.to_owned(), output: Vec::new() }),
+            (None, Some(last)) if language == "console" => last.output.push(line.trim_end().to_owned()),
+            _ => {}
+        }
+        goes_on = line.ends_with('\\');
+    }
+    commands
+}
+
+/// Why a command is not run; `None`: it is.
+pub(crate) fn left_out(command: &str) -> Option<&'static str> {
+    let program = command.split(' ').next().unwrap_or_default();
+    match program {
+        "cargo" => Some("builds, and CI builds and tests by itself"),
+        program if program.starts_with("scripts/") => Some("a check of the repository's own"),
+        _ if command.contains("--mcap") && !cfg!(feature = "mcap") => Some("built without the feature mcap"),
+        _ => None,
+    }
+}
+
+/// Runs a command in `folder`: the exit status, and what it printed on both outputs. What would wait for Ctrl-C gets it.
+pub(crate) fn run(folder: &Path, command: &str) -> (Option<i32>, String) {
+    let mut words = command.split_whitespace();
+    let serves =
+        words.next() == Some("standoff") && (words.next() == Some("view") || words.any(|word| word == "--view"));
+    if serves { serve(folder, command) } else { finish(start(folder, &format!("{{ {command}\n}} 2>&1"))) }
+}
+
+fn start(folder: &Path, command: &str) -> Child {
+    let binary = Path::new(env!("CARGO_BIN_EXE_standoff")).parent().unwrap().to_owned();
+    let others = env::var_os("PATH").unwrap_or_default();
+    let path = env::join_paths([binary].into_iter().chain(env::split_paths(&others))).unwrap();
+    let mut shell = Command::new("sh");
+    shell.current_dir(folder).env("PATH", path).stdin(Stdio::null()).stdout(Stdio::piped());
+    shell.args(["-c", command]).spawn().unwrap()
+}
+
+fn finish(mut child: Child) -> (Option<i32>, String) {
+    let mut printed = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut printed).unwrap();
+    (child.wait().unwrap().code(), printed)
+}
+
+fn serve(folder: &Path, command: &str) -> (Option<i32>, String) {
+    let command = command.split(" #").next().unwrap_or_default();
+    let mut child = start(folder, &format!("exec {command} --no-open 2>&1"));
+    let mut output = BufReader::new(child.stdout.take().unwrap());
+    let mut printed = String::new();
+    while !printed.contains("http://") && output.read_line(&mut printed).unwrap() > 0 {}
+    let interrupt = format!("kill -INT {}", child.id());
+    assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
+    output.read_to_string(&mut printed).unwrap();
+    // A run that is ended while it flies says so, as it should.
+    let is_cut_short = printed.contains("interrupted; nothing was kept of the run");
+    let status = child.wait().unwrap().code();
+    (if status == Some(1) && is_cut_short { Some(0) } else { status }, printed)
+}
+
+/// What is quoted stands in what was printed, line after line; `...` stands for anything, in a line or for lines.
+pub(crate) fn check_quoted(quoted: &[String], printed: &str) -> Result<(), String> {
+    let quoted = &quoted[..quoted.iter().rposition(|line| !line.is_empty()).map_or(0, |last| last + 1)];
+    let mut left = printed.lines().map(str::trim_end);
+    let mut skips = false;
+    for line in quoted {
+        if line == "..." {
+            skips = true;
+            continue;
+        }
+        let found = if skips {
+            left.any(|printed| is_like(line, printed))
+        } else {
+            left.next().is_some_and(|printed| is_like(line, printed))
+        };
+        if !found {
+            return Err(format!("not printed, or not there: {line}"));
+        }
+        skips = false;
+    }
+    match left.find(|line| !line.is_empty()).filter(|_| !skips && !quoted.is_empty()) {
+        Some(more) => Err(format!("printed besides: {more}")),
+        None => Ok(()),
+    }
+}
+
+fn is_like(quoted: &str, printed: &str) -> bool {
+    let Some((first, others)) = quoted.split_once("...") else { return quoted == printed };
+    let (middle, last) = others.rsplit_once("...").unwrap_or(("", others));
+    let Some(mut rest) = printed.strip_prefix(first).and_then(|rest| rest.strip_suffix(last)) else { return false };
+    middle.split("...").all(|part| match rest.find(part) {
+        Some(at) => {
+            rest = &rest[at + part.len()..];
+            true
+        }
+        None => false,
+    })
+}
+
+/// Copies a file of the repository to where a page's commands run.
+pub(crate) fn copy(from: &Path, folder: &Path) {
+    fs::copy(from, folder.join(from.file_name().unwrap())).unwrap();
+}
+
+#[test]
+fn a_quotation_must_be_printed_in_order_and_whole() {
+    let check = |quoted: &str, printed: &str| {
+        check_quoted(&quoted.lines().map(str::to_owned).collect::<Vec<_>>(), printed).is_ok()
+    };
+    let printed = "one 1.25 m\n\ntwo 2\nthree\n";
+    for good in ["", "one 1.25 m\n\ntwo 2\nthree", "...\ntwo 2\n...", "one ... m\n...\nthree", "one...\n..."] {
+        assert!(check(good, printed), "{good}");
+    }
+    for bad in ["one 1.26 m\n...", "two 2\n...", "one 1.25 m", "...\nthree\ntwo 2", "one ... s\n...", "...\nfour"] {
+        assert!(!check(bad, printed), "{bad}");
+    }
+}
