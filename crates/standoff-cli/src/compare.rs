@@ -1,12 +1,12 @@
 //! `standoff compare`: does a change help? Two scenarios on the same draws.
 
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use standoff_sim::monte_carlo::{Better, Comparison, compare, compare_results};
 use standoff_sim::scenario::{Template, built_in};
+use standoff_sim::text;
 use standoff_view::batch::Batch;
 use standoff_view::page;
 
@@ -14,6 +14,7 @@ use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
 use crate::monte_carlo::{failure, maybe, number};
 use crate::outcome::Wanted;
+use crate::tell::save;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -67,7 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
         b => of_scenarios(args, b.unwrap_or(&args.a))?,
     };
-    print(&if args.json { comparison.json().map_err(Failure::running)? } else { table(&comparison) })
+    print(&if args.json { comparison.json().map_err(Failure::running)? } else { text::lines(&table(&comparison)) })
 }
 
 /// A folder, and not by chance the name of a scenario.
@@ -88,12 +89,7 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
             return Err(Failure::Input(format!("{}: {what}", file.display())));
         }
         let page = page::batch_report(&Batch::open(&[a, b]).map_err(failure)?).map_err(Failure::running)?;
-        let partial = file.with_extension("html.partial");
-        let written = fs::write(&partial, page).and_then(|()| fs::rename(&partial, file));
-        written.map_err(|reason| {
-            let _ = fs::remove_file(&partial);
-            Failure::running(format!("{}: {reason}", file.display()))
-        })?;
+        save(file, &page)?;
     }
     Ok(comparison)
 }

@@ -9,7 +9,10 @@ use standoff_view::mcap::{McapError, Writer};
 use crate::failure::{Failure, note};
 
 /// The file while it is written. If that fails, the mission flies on, and [`Mcap::close`] tells.
-pub(crate) struct Mcap(Result<Writer, McapError>);
+pub(crate) struct Mcap {
+    writer: Result<Writer, McapError>,
+    has_frames: bool,
+}
 
 impl Mcap {
     /// Begins the file of a run whose record goes to `out`.
@@ -25,20 +28,33 @@ impl Mcap {
         if is_there {
             note(&format!("note: replacing the older file {}", file.display()));
         }
-        Ok(Self(Ok(writer)))
+        Ok(Self { writer: Ok(writer), has_frames: false })
     }
 
     /// Adds an instant.
     pub(crate) fn frame(&mut self, frame: &Frame) {
-        if let Ok(writer) = &mut self.0
+        self.has_frames = true;
+        if let Ok(writer) = &mut self.writer
             && let Err(error) = writer.frame(frame)
         {
-            self.0 = Err(error);
+            self.writer = Err(error);
+        }
+    }
+
+    /// Ends the file of a run that was ended early, and tells where it is; what went wrong with it is told, too. One
+    /// without an instant is removed.
+    pub(crate) fn stop(self) {
+        if !self.has_frames {
+            return;
+        }
+        match self.writer.and_then(Writer::stop) {
+            Ok(kept) => note(&format!("note: the MCAP file ends with the run and stays in {}", kept.display())),
+            Err(error) => note(&format!("warning: {error}")),
         }
     }
 
     /// Completes the file, or tells why it could not be written.
     pub(crate) fn close(self) -> Result<(), Failure> {
-        self.0.and_then(Writer::finish).map_err(Failure::running)
+        self.writer.and_then(Writer::finish).map_err(Failure::running)
     }
 }

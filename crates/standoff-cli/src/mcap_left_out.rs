@@ -20,6 +20,10 @@ impl Mcap {
         match *self {}
     }
 
+    pub(crate) fn stop(self) {
+        match self {}
+    }
+
     pub(crate) fn close(self) -> Result<(), Failure> {
         match self {}
     }

@@ -10,6 +10,7 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::Template;
+use standoff_sim::text;
 use standoff_view::batch::Batch as Page;
 use standoff_view::page;
 
@@ -103,7 +104,7 @@ pub(crate) fn show(results: &Results) -> Result<(), Failure> {
 /// Prints the statistics of a batch: for programs, or for people.
 pub(crate) fn tell(results: &Results, json: bool) -> Result<(), Failure> {
     let summary = results.summary().map_err(failure)?;
-    print(&if json { summary.json().map_err(Failure::running)? } else { table(&summary, results) })
+    print(&if json { summary.json().map_err(Failure::running)? } else { text::lines(&table(&summary, results)) })
 }
 
 /// The same batch gets the same folder, so that the same command goes on.

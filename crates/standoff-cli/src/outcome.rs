@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::Args;
 use serde::Serialize;
 use standoff_sim::score::{Choice, Chosen};
+use standoff_sim::text;
 use standoff_view::replay::Line;
 
 use crate::failure::{Failure, print};
@@ -51,6 +52,9 @@ pub(crate) struct Outcome {
     pub(crate) scenario: String,
     pub(crate) seed: u64,
     pub(crate) duration_s: f64,
+    /// The instant at which an unfinished run breaks off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) unfinished_after_s: Option<f64>,
     pub(crate) uavs: usize,
     pub(crate) targets: usize,
     pub(crate) metrics: Chosen,
@@ -91,14 +95,15 @@ impl Outcome {
 
     /// Prints it: for programs, or for people.
     pub(crate) fn print(&self, json: bool, out: &Path) -> Result<(), Failure> {
-        print(&if json { self.json().map_err(Failure::running)? } else { self.table(out) })
+        print(&if json { self.json().map_err(Failure::running)? } else { text::lines(&self.table(out)) })
     }
 
     /// What a person wants to know first.
     fn table(&self, out: &Path) -> String {
-        let Self { scenario, seed, duration_s, uavs, targets, .. } = self;
+        let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, .. } = self;
+        let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
         let mut text = format!(
-            "{scenario}, seed {seed}: {}, {}, {duration_s} s\n\n",
+            "{scenario}, seed {seed}: {}, {}, {duration_s} s{end}\n\n",
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
@@ -146,7 +151,7 @@ impl Event {
             (Some(group), None) => format!("group {group}"),
             _ => String::new(),
         };
-        let target = self.target.as_deref().map(printable);
+        let target = self.target.clone();
         let of_uav = ["reassigned", "uav-lost", "uav-joined"].contains(&self.kind.as_str());
         let uav = self.uavs.first().filter(|_| of_uav).map(|uav| format!("UAV {uav}"));
         let who = [target.or(uav).unwrap_or_default(), groups];
@@ -157,9 +162,4 @@ impl Event {
 /// `1 UAV`, `2 UAVs`.
 pub(crate) fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-/// A name from a file, safe for a terminal.
-fn printable(name: &str) -> String {
-    name.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
 }

@@ -1,12 +1,13 @@
 //! `standoff run`: flies a scenario into a record, and tells it.
 
+use std::fmt::Display;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_sim::record::{Closed, Frame, Occupancy, Writer, occupancy};
+use standoff_sim::record::{Closed, Frame, Kept, Occupancy, Writer, occupancy};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::world::World;
@@ -91,12 +92,20 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::Input(format!("{}: {what}", out.display())));
         }
     }
+    let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
     let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
-    let closed = fly(&scenario, &out, |frame| {
+    let flown = fly(&scenario, &out, &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
-        live.as_mut().map_or(Ok(()), |live| live.frame(frame))
-    })?;
+        live.iter_mut().for_each(|live| live.frame(frame, &interruption));
+    });
+    let closed = match flown {
+        Ok(closed) => closed,
+        Err(failure) => {
+            mcap.into_iter().for_each(Mcap::stop);
+            return Err(failure);
+        }
+    };
     // If that file has failed, the record is published all the same.
     let filed = mcap.map_or(Ok(()), Mcap::close);
     // Where there is no room for figures, the record, which is complete, is published all the same.
@@ -104,7 +113,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     closed.publish().map_err(Failure::running)?;
     let outcome = told?;
     outcome.print(args.json, &out)?;
-    let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics)));
+    let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics), &interruption));
     filed.and(shown)
 }
 
@@ -112,7 +121,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 struct Live {
     watched: Watched,
     pace: Pace,
-    interruption: Interruption,
     /// Serves as long as it is there.
     _server: Server,
 }
@@ -120,51 +128,72 @@ struct Live {
 impl Live {
     fn begin(args: &Args, scenario: &Scenario) -> Result<Self, Failure> {
         let watched = Watched::flight(scenario, true)?;
-        let interruption = Interruption::expected()?;
         let tell = |url: &str| {
             note(&format!("the run can be watched at {url}", url = url.trim_end()));
             Ok(())
         };
         let server = args.served.serve(Arc::new(RunSite::new(watched.replay())), tell)?;
-        Ok(Self { watched, pace: Pace::new(args.rate), interruption, _server: server })
+        Ok(Self { watched, pace: Pace::new(args.rate), _server: server })
     }
 
-    /// Shows a frame when its time has come; says whether to go on.
-    fn frame(&mut self, frame: &Frame) -> Result<(), Failure> {
-        self.pace.keep(frame.time_us, &self.interruption);
-        if self.interruption.has_come() {
-            return Err(Failure::running("interrupted; nothing was kept of the run"));
-        }
+    /// Shows a frame when its time has come.
+    fn frame(&mut self, frame: &Frame, interruption: &Interruption) {
+        self.pace.keep(frame.time_us, interruption);
         self.watched.frame(frame);
-        Ok(())
     }
 
     /// Shows what the run came to until it is enough.
-    fn end(self, outcome: Vec<Line>) -> Result<(), Failure> {
+    fn end(self, outcome: Vec<Line>, interruption: &Interruption) -> Result<(), Failure> {
         self.watched.finish(outcome)?;
         note("the run is over; Ctrl-C ends the page");
-        self.interruption.wait(None);
+        interruption.wait(None);
         Ok(())
     }
 }
 
 /// Flies the mission into a record; every frame is written as it comes, and `look` sees it.
+///
+/// Whatever ends it early, the failure says what is kept.
 fn fly(
     scenario: &Scenario,
     out: &Path,
-    mut look: impl FnMut(&Frame) -> Result<(), Failure>,
+    interruption: &Interruption,
+    mut look: impl FnMut(&Frame),
 ) -> Result<Closed, Failure> {
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     let resolved = scenario.resolved().map_err(Failure::Scenario)?;
-    let mut writer = Writer::create(out, &manifest(scenario), &resolved).map_err(Failure::running)?;
+    let names = World::names(scenario);
+    let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(Failure::running)?;
+    if let Some(older) = writer.set_aside() {
+        note(&format!("note: an unfinished run is kept in {} until this one is complete", older.display()));
+    }
     let progress = progress(mission.frames());
     while let Some(frame) = mission.frame() {
-        writer.frame(frame).map_err(Failure::running)?;
-        look(frame)?;
+        writer.frame(frame).map_err(|error| broken_off(error, writer.kept()))?;
+        look(frame);
         progress.inc(1);
+        if interruption.has_come() {
+            progress.finish_and_clear();
+            let kept = writer.kept();
+            let kept = writer.stop().map_err(|error| broken_off(error, kept))?;
+            return Err(broken_off("interrupted", kept));
+        }
     }
     progress.finish_and_clear();
-    writer.close(&World::names(scenario)).map_err(Failure::running)
+    let kept = writer.kept();
+    writer.close().map_err(|error| broken_off(error, kept))
+}
+
+/// The failure of a run that ended early, and what is left of it.
+fn broken_off(error: impl Display, kept: Option<Kept>) -> Failure {
+    let kept = kept.map_or_else(
+        || "nothing was kept of the run".to_owned(),
+        |Kept { dir, until_s }| {
+            let dir = dir.display();
+            format!("the run is kept up to {until_s} s in {dir}, unfinished: standoff show {dir} tells it")
+        },
+    );
+    Failure::running(format!("{error}; {kept}"))
 }
 
 /// A bar on a terminal, nothing in a pipe.

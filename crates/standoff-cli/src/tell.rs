@@ -1,12 +1,12 @@
 //! What a record tells: scores, events and figures, from its files alone.
 
-use std::fs;
 use std::path::Path;
 
-use standoff_sim::record::{EventRow, Frame, Record};
+use standoff_sim::disk;
+use standoff_sim::record::{EventRow, Frame, Record, RecordError};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
-use standoff_view::figures::{Setup, figures};
+use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
@@ -16,7 +16,7 @@ use crate::outcome::{Event, Outcome, lines};
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
 
-/// `standoff show`: tells a finished run again; its summary and figures are made anew.
+/// `standoff show`: tells a run again; its summary and figures are made anew. Of an unfinished one it tells what there is.
 pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
     tell(dir, dir, choice)?.print(json, dir)
 }
@@ -24,6 +24,7 @@ pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure
 /// Scores and draws the record in `dir`; summary and figures go to `to`.
 pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Failure> {
     let record = Record::open(dir).map_err(Failure::input)?;
+    tell_end(&record);
     if !record.has_truth() {
         note("note: the record has no truth table; scores that need it are missing");
     }
@@ -31,11 +32,11 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
     let rules = Rules::of(&settings);
     let mut scorer = Scorer::new(rules, choice);
-    let rows = record.target_rows().map_err(Failure::running)?;
+    let rows = record.target_rows().map_err(unreadable)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let (mut encoder, mut parts) = (Encoder::new(&rules, stride), Vec::new());
     let (mut events, mut uavs) = (Vec::new(), 0);
-    let frames = record.frames().map_err(Failure::running)?.inspect(|frame| {
+    let frames = record.frames().map_err(unreadable)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
         scorer.frame(frame);
         parts.extend(encoder.frame(frame));
@@ -44,13 +45,18 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     });
     let manifest = record.manifest();
     let setup = setup(manifest.title(), &settings);
-    for figure in figures(frames, &setup).map_err(Failure::running)? {
+    let figures = figures(frames, &setup).map_err(|error| match error {
+        FigureError::Frame(error) => unreadable(error),
+        other => Failure::running(other),
+    })?;
+    for figure in figures {
         save(&to.join(format!("{}.svg", figure.name)), &figure.svg)?;
     }
     let outcome = Outcome {
         scenario: manifest.scenario.clone(),
         seed: manifest.seed,
         duration_s: manifest.duration_s,
+        unfinished_after_s: record.ends_s(),
         uavs,
         targets: events.iter().filter(|event: &&Event| event.kind == "cued").count(),
         metrics: Chosen { metrics: scorer.metrics(), choice },
@@ -62,6 +68,19 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics));
     save(&to.join("report.html"), &page::report(&head, &parts).map_err(Failure::running)?)?;
     Ok(outcome)
+}
+
+/// Says so if the run is unfinished.
+pub(crate) fn tell_end(record: &Record) {
+    if let Some(end_s) = record.ends_s() {
+        let duration_s = record.manifest().duration_s;
+        note(&format!("note: this run is unfinished: it tells up to {end_s} s of {duration_s} s"));
+    }
+}
+
+/// A record that is not what it should be is wrong input.
+fn unreadable(error: RecordError) -> Failure {
+    if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
 }
 
 fn events_of(frame: &Frame, names: &[String]) -> Vec<Event> {
@@ -93,9 +112,6 @@ pub(crate) fn setup(title: String, settings: &Settings) -> Setup {
 }
 
 /// Writes a file, whole or not at all.
-fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|reason| {
-        let _ = fs::remove_file(path);
-        Failure::running(format!("{}: {reason}", path.display()))
-    })
+pub(crate) fn save(path: &Path, text: &str) -> Result<(), Failure> {
+    disk::save_quickly(path, text).map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))
 }

@@ -18,6 +18,7 @@ use crate::failure::{Failure, note, print, refused};
 use crate::interruption::Interruption;
 use crate::outcome::{Wanted, lines};
 use crate::run::DEFAULT_SCENARIO;
+use crate::tell::tell_end;
 use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -123,6 +124,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
         ));
     }
     let record = Record::open(dir).map_err(Failure::input)?;
+    tell_end(&record);
     let label = dir.join("scenario.toml").display().to_string();
     let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
     let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false)?;

@@ -4,7 +4,11 @@
 //! scenario -> mission (world, sensors, perfect radio, agents) -> frames -> record -> score
 //! ```
 
+pub mod disk;
 pub mod draws;
+#[cfg(test)]
+mod fuzz;
+mod input;
 pub mod monte_carlo;
 pub mod record;
 mod rows;
@@ -12,5 +16,6 @@ pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod sensors;
+pub mod text;
 pub mod traffic;
 pub mod world;

@@ -13,6 +13,8 @@
 mod batch;
 mod compare;
 mod error;
+#[cfg(test)]
+mod fuzz;
 mod journal;
 mod merge;
 mod pool;

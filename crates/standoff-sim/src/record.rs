@@ -4,15 +4,23 @@
 //! scenario) and the tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events` and
 //! `targets`, each as `<name>.parquet`. Figures and summaries may lie beside them. The same frames
 //! give the same bytes: nothing in a record tells when, where or by whom it was written.
+//!
+//! Until it is whole it lies in a folder beside its place, says that it is unfinished, and can be read up to its last
+//! checkpoint.
 
+pub(crate) mod checkpoint;
 pub(crate) mod column;
 mod error;
 mod folder;
 mod frame;
+#[cfg(test)]
+mod fuzz;
 mod manifest;
+mod plausible;
 mod reader;
 mod rows;
 pub(crate) mod table;
+mod thrift;
 mod writer;
 
 pub use error::RecordError;
@@ -20,4 +28,4 @@ pub use folder::{Occupancy, occupancy};
 pub use frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use manifest::{FORMAT, Manifest};
 pub use reader::{Frames, Record};
-pub use writer::{Closed, Writer};
+pub use writer::{Closed, Kept, Writer};

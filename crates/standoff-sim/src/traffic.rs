@@ -20,29 +20,30 @@
 //! | longitude, degrees | `lon_deg`, `lon`, `longitude` |
 //!
 //! Degrees (WGS84) become metres east and north in the plane that touches the ellipsoid at the file's first sample.
-//! A vehicle that is unseen for longer than the gap limit is absent in between. Everything is checked while reading, one
+//! A vehicle that is unseen for longer than the gap limit is absent in between; one that is faster than 10 km/s between
+//! two samples is refused, as are texts, vehicles and samples beyond [`MAX_TEXT`] and its like. Everything is checked while reading, one
 //! XML element or CSV row at a time, so that nothing can go wrong later.
 
 mod build;
 mod csv;
 mod fcd;
+mod limit;
 mod lines;
-pub(crate) mod value;
+mod source;
+mod value;
 mod vehicle;
 
-use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::Read;
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
 use serde::{Deserialize, Serialize};
 
+pub use limit::{MAX_SAMPLES, MAX_TEXT, MAX_VEHICLES};
 pub use lines::Position;
 use lines::{Fault, Lines};
 pub use vehicle::{Vehicle, VehicleState};
 
-/// Most samples (one vehicle at one time) that a file may hold.
-pub const MAX_SAMPLES: usize = 20_000_000;
+use crate::{input, text};
 
 /// How to read a traffic file.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -118,7 +119,7 @@ impl Traffic {
 
 /// Why a traffic file cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}{}: {message}", value::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
+#[error("{}{}: {message}", text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
 pub struct TrafficError {
     /// The file, as the caller named it.
     pub file: String,
@@ -128,13 +129,13 @@ pub struct TrafficError {
     pub message: String,
 }
 
-/// Reads the traffic file at `path`. Fails if it cannot be read, or as [`read_from`] does.
+/// Reads the traffic file at `path`. Fails if it is no file (a pipe, say) or too large, before anything is read; if it
+/// cannot be read; or as [`read_from`] does.
 pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
     let name = path.display().to_string();
-    match File::open(path) {
-        Ok(file) => read_from(file, &name, options),
-        Err(error) => Err(named(&name)(lines::input_fault(None, &error))),
-    }
+    let opened = input::open(path, MAX_TEXT).map_err(|error| lines::input_fault(None, &error));
+    let checked = opened.and_then(|mut file| source::check_size(&mut file).map(|()| file));
+    read_from(checked.map_err(named(&name))?, &name, options)
 }
 
 /// Reads traffic from bytes; `name` stands for the file in errors. Fails if any part of it breaks the rules above: the
@@ -155,19 +156,7 @@ fn parse(reader: impl Read, options: &Options) -> Result<Traffic, Fault> {
             "gap limit = {gap_s} s; must be finite and above 0 s; leave it out for the default"
         )));
     }
-    let (magic, packed) = peek(reader, 2)?;
-    let text: Box<dyn Read + '_> = match magic.as_slice() {
-        [] => {
-            return Err(Fault::whole("is empty; must be SUMO FCD XML or CSV tracks".to_string()));
-        }
-        [0x1f, 0x8b] => Box::new(MultiGzDecoder::new(packed)),
-        _ => Box::new(packed),
-    };
-    let (mark, mut text) = peek(text, 3)?;
-    if mark == *b"\xEF\xBB\xBF" {
-        text.get_mut().0.set_position(3);
-    }
-    let mut lines = Lines::new(text);
+    let mut lines = Lines::new(source::text(reader)?);
     match lines.first_byte()? {
         None => Err(Fault::whole("holds no text; must be SUMO FCD XML or CSV tracks".to_string())),
         Some(b'<') => fcd::read(lines, options),
@@ -175,22 +164,12 @@ fn parse(reader: impl Read, options: &Options) -> Result<Traffic, Fault> {
     }
 }
 
-/// A reader whose first bytes were looked at.
-type Peeked<R> = io::Chain<Cursor<Vec<u8>>, R>;
-
-/// The first bytes (fewer if there are no more), and a reader that still gives them.
-fn peek<R: Read>(mut reader: R, bytes: u64) -> Result<(Vec<u8>, Peeked<R>), Fault> {
-    let mut head = Vec::new();
-    reader.by_ref().take(bytes).read_to_end(&mut head).map_err(|error| lines::input_fault(None, &error))?;
-    Ok((head.clone(), Cursor::new(head).chain(reader)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use flate2::Compression;
     use flate2::write::GzEncoder;
-    use std::io::Write;
+    use std::io::{self, Write};
 
     const XML: &str = "<fcd-export><timestep time=\"1\"><vehicle id=\"v\" x=\"3\" y=\"4\"/></timestep></fcd-export>";
     const CSV: &str = "t,id,x,y\n1,v,3,4\n";

@@ -301,9 +301,9 @@ fn targets_faster_than_the_uavs_are_reported_and_do_no_harm() {
 fn record(scenario: &Scenario, frames: &[Frame], dir: &Path) -> Record {
     let manifest =
         Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), scenario.settings.period.s());
-    let mut writer = Writer::create(dir, &manifest, &scenario.resolved().unwrap()).unwrap();
+    let mut writer = Writer::create(dir, &manifest, &scenario.resolved().unwrap(), &World::names(scenario)).unwrap();
     frames.iter().for_each(|frame| writer.frame(frame).unwrap());
-    writer.finish(&World::names(scenario)).unwrap();
+    writer.finish().unwrap();
     Record::open(dir).unwrap()
 }
 

@@ -61,12 +61,9 @@ fn the_same_frames_give_the_same_bytes() {
     let frames = frames(50, 2, 4);
     write(&one, &frames);
     write(&other, &frames);
-    let mut files: Vec<_> = fs::read_dir(&one).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    files.sort();
-    assert_eq!(files.len(), 9);
-    for file in files {
-        let bytes = fs::read(one.join(&file)).unwrap();
-        assert_eq!(bytes, fs::read(other.join(&file)).unwrap(), "{file:?}");
+    check_same(&one, &other);
+    for file in listing(&one) {
+        let bytes = fs::read(&file).unwrap();
         assert!(!contains(&bytes, b"parquet-rs"), "{file:?}");
         assert!(!contains(&bytes, home.path().to_str().unwrap().as_bytes()));
     }
@@ -192,10 +189,10 @@ fn an_older_run_with_its_figures_is_replaced_when_the_new_one_is_complete() {
     }
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 
-    let mut writer = Writer::create(&dir, &manifest(), SCENARIO).unwrap();
+    let mut writer = create(&dir).unwrap();
     assert_eq!(read(&dir).unwrap().len(), 10);
     writer.frame(&frames(1, 2, 4)[0]).unwrap();
-    let closed = writer.close(&names(4)).unwrap();
+    let closed = writer.close().unwrap();
     assert_eq!(read(closed.dir()).unwrap().len(), 1);
     fs::write(closed.dir().join("summary.json"), "new").unwrap();
     closed.publish().unwrap();
@@ -248,7 +245,7 @@ fn a_folder_that_is_filled_meanwhile_is_kept_and_so_is_the_record() {
     let writer = create(&dir).unwrap();
     fs::create_dir(&dir).unwrap();
     fs::write(dir.join("notes.txt"), "mine").unwrap();
-    let error = writer.finish(&names(4)).unwrap_err();
+    let error = writer.finish().unwrap_err();
     assert!(matches!(error, RecordError::NotMoved { .. }), "{error}");
     assert!(dir.join("notes.txt").exists());
     assert_eq!(read(&partial(&dir)).unwrap(), []);
@@ -263,25 +260,160 @@ fn a_dropped_writer_leaves_nothing() {
     assert!(partial(&dir).exists());
     drop(writer);
     assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
-    let mut writer = create(&dir).unwrap();
-    writer.frame(&frames(1, 2, 4)[0]).unwrap();
-    drop(writer.close(&names(4)).unwrap());
+    assert_eq!(create(&dir).unwrap().stop().unwrap(), None);
     assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
+}
+
+/// Row groups that are in the file and rows that are not: the tables of targets have both here, the others the latter.
+#[test]
+fn a_record_that_breaks_off_is_read_up_to_its_last_checkpoint() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let flown = frames(1_000, 2, 100);
+    let mut writer = create(&dir).unwrap();
+    writer.checkpoint().unwrap();
+    assert_eq!(writer.kept(), None, "there is nothing to keep yet");
+    flown[..700].iter().for_each(|frame| writer.frame(frame).unwrap());
+    writer.checkpoint().unwrap();
+    let kept = writer.kept().unwrap();
+    assert_eq!((&kept.dir, kept.until_s), (&partial(&dir), flown[699].time_us as f64 / 1e6));
+    let look = || {
+        let record = Record::open(&partial(&dir)).unwrap();
+        assert!(record.manifest().unfinished);
+        assert_eq!(record.manifest().title(), format!("two, seed {}, unfinished", u64::MAX));
+        assert_eq!(record.ends_s(), Some(kept.until_s));
+        assert_eq!((record.target_names(), record.target_rows().unwrap()), (&names(4)[..], 70_000));
+        assert!(record.frames().unwrap().map(Result::unwrap).eq(flown[..700].iter().cloned()));
+    };
+    look();
+    flown[700..].iter().for_each(|frame| writer.frame(frame).unwrap());
+    look();
+    drop(writer);
+    look();
+    assert_eq!(listing(home.path()), [partial(&dir)]);
+}
+
+#[test]
+fn a_record_that_is_stopped_is_whole_up_to_its_last_frame() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let flown = frames(20, 2, 4);
+    let mut writer = create(&dir).unwrap();
+    flown.iter().for_each(|frame| writer.frame(frame).unwrap());
+    let kept = writer.stop().unwrap().unwrap();
+    assert_eq!((&kept.dir, kept.until_s), (&partial(&dir), flown[19].time_us as f64 / 1e6));
+    assert_eq!(read(&kept.dir).unwrap(), flown);
+    let whole = home.path().join("whole");
+    write(&whole, &flown);
+    for table in TABLES.map(|table| format!("{table}.parquet")) {
+        assert_eq!(fs::read(kept.dir.join(&table)).unwrap(), fs::read(whole.join(&table)).unwrap(), "{table}");
+    }
+}
+
+#[test]
+fn checkpoints_change_no_byte_of_the_record() {
+    let home = TempDir::new().unwrap();
+    let (dir, plain) = (home.path().join("run"), home.path().join("plain"));
+    let flown = frames(1_000, 2, 100);
+    write(&plain, &flown);
+    let mut writer = create(&dir).unwrap();
+    for (frame, nth) in flown.iter().zip(0..) {
+        writer.frame(frame).unwrap();
+        if nth % 300 == 0 {
+            writer.checkpoint().unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    check_same(&dir, &plain);
+    assert_eq!(Record::open(&dir).unwrap().ends_s(), None);
+}
+
+#[test]
+fn a_damaged_checkpoint_gives_an_error_and_a_missing_one_says_that_nothing_was_kept() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    unfinished(&dir, 3);
+    let path = partial(&dir).join("checkpoint");
+    let good = fs::read(&path).unwrap();
+    for at in (0..good.len()).step_by(97) {
+        let mut bad = good.clone();
+        bad[at] ^= 0x10;
+        for bytes in [&bad[..], &good[..at]] {
+            fs::write(&path, bytes).unwrap();
+            let error = read(&partial(&dir)).unwrap_err();
+            assert!(matches!(error, RecordError::Damaged { .. }), "{error}");
+            assert!(error.to_string().contains("checkpoint"), "{error}");
+        }
+    }
+    fs::write(&path, &good).unwrap();
+    assert_eq!(read(&partial(&dir)).unwrap().len(), 3);
+    fs::remove_file(&path).unwrap();
+    let error = read(&partial(&dir)).unwrap_err();
+    assert!(matches!(error, RecordError::NothingKept { .. }), "{error}");
+}
+
+#[test]
+fn an_unfinished_run_is_kept_until_the_next_one_is_complete() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let older = dir.with_file_name("run.older");
+    unfinished(&dir, 3);
+
+    let mut writer = create(&dir).unwrap();
+    assert_eq!(writer.set_aside(), Some(&*older));
+    assert_eq!(read(&older).unwrap(), frames(3, 2, 4));
+    drop(writer);
+    assert_eq!(listing(home.path()), [&*older], "one that kept nothing replaces nothing");
+
+    unfinished(&dir, 5);
+    writer = create(&dir).unwrap();
+    assert_eq!(read(&older).unwrap().len(), 5);
+    writer.finish().unwrap();
+    assert_eq!(listing(home.path()), [dir]);
+}
+
+/// What a process that is killed leaves at every step of a replacement; then the next run begins, and is whole.
+#[test]
+fn a_replacement_that_breaks_off_at_any_step_loses_and_mixes_nothing() {
+    let moves: [&[(&str, &str)]; 4] = [
+        &[("old", "run"), ("new", "run.partial")],
+        &[("old", "run.older"), ("new", "run.partial")],
+        &[("old", "run.older"), ("new", "run")],
+        &[("new", "run.partial")],
+    ];
+    for moves in moves {
+        let home = TempDir::new().unwrap();
+        let place = |name: &str| home.path().join(name);
+        write(&place("old"), &frames(1, 2, 4));
+        write(&place("new"), &frames(2, 2, 4));
+        moves.iter().for_each(|(from, to)| fs::rename(place(from), place(to)).unwrap());
+        let _ = fs::remove_dir_all(place("old"));
+        let writer = create(&place("run")).unwrap();
+        assert_eq!(writer.set_aside(), None);
+        assert_eq!(read(&place("run")).unwrap().len(), 2, "{moves:?}");
+        assert_eq!(listing(home.path()), [place("run"), place("run.partial")], "{moves:?}");
+        writer.finish().unwrap();
+        assert_eq!(read(&place("run")).unwrap().len(), 0);
+        assert_eq!(listing(home.path()), [place("run")]);
+    }
 }
 
 #[test]
 fn a_stale_partial_folder_goes_only_if_it_is_ours() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    write(&dir, &frames(1, 2, 4));
-    fs::rename(&dir, partial(&dir)).unwrap();
+    unfinished(&dir, 1);
+    fs::remove_file(partial(&dir).join("checkpoint")).unwrap();
     drop(create(&dir).unwrap());
-    assert!(!partial(&dir).exists());
+    assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
 
-    fs::create_dir(partial(&dir)).unwrap();
-    fs::write(partial(&dir).join("notes.txt"), "mine").unwrap();
-    assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));
-    assert!(partial(&dir).join("notes.txt").exists());
+    for taken in [partial(&dir), dir.with_file_name("run.older")] {
+        fs::create_dir(&taken).unwrap();
+        fs::write(taken.join("notes.txt"), "mine").unwrap();
+        assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));
+        assert!(taken.join("notes.txt").exists());
+        fs::remove_dir_all(&taken).unwrap();
+    }
 }
 
 #[test]
@@ -290,7 +422,7 @@ fn two_runs_cannot_write_one_record() {
     let dir = home.path().join("run");
     let first = create(&dir).unwrap();
     assert!(matches!(create(&dir), Err(RecordError::InUse { .. })));
-    first.finish(&names(4)).unwrap();
+    first.finish().unwrap();
     assert!(create(&dir).is_ok());
 }
 
@@ -320,12 +452,12 @@ fn a_number_that_is_not_finite_is_refused_and_ends_the_record() {
     assert_eq!((table, column.as_str()), ("tracks", "cov_vx_vx"));
     assert!((time_s - 2.5).abs() < 1e-12);
     assert!(writer.frame(&frames(1, 2, 4)[0]).is_err());
-    assert!(writer.finish(&names(4)).is_err());
+    assert!(writer.finish().is_err());
     assert!(!dir.exists() && !partial(&dir).exists());
 
     let mut endless = manifest();
     endless.duration_s = f64::INFINITY;
-    assert!(matches!(Writer::create(&dir, &endless, SCENARIO), Err(RecordError::NotFinite { .. })));
+    assert!(matches!(Writer::create(&dir, &endless, SCENARIO, &names(4)), Err(RecordError::NotFinite { .. })));
 }
 
 #[test]
@@ -367,7 +499,7 @@ fn names(targets: usize) -> Vec<String> {
 }
 
 fn create(dir: &Path) -> Result<Writer, RecordError> {
-    Writer::create(dir, &manifest(), SCENARIO)
+    Writer::create(dir, &manifest(), SCENARIO, &names(4))
 }
 
 fn write(dir: &Path, frames: &[Frame]) {
@@ -375,7 +507,24 @@ fn write(dir: &Path, frames: &[Frame]) {
     for frame in frames {
         writer.frame(frame).unwrap();
     }
-    writer.finish(&names(4)).unwrap();
+    writer.finish().unwrap();
+}
+
+/// Leaves what an ended run leaves: so many frames.
+fn unfinished(dir: &Path, instants: u32) {
+    let mut writer = create(dir).unwrap();
+    frames(instants, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
+    writer.checkpoint().unwrap();
+}
+
+/// The same files with the same bytes: those of a record.
+fn check_same(one: &Path, other: &Path) {
+    let names = |dir| listing(dir).iter().map(|path| path.file_name().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(names(one).len(), 9);
+    assert_eq!(names(one), names(other));
+    for name in names(one) {
+        assert!(fs::read(one.join(&name)).unwrap() == fs::read(other.join(&name)).unwrap(), "{name:?}");
+    }
 }
 
 fn read(dir: &Path) -> Result<Vec<Frame>, RecordError> {

@@ -208,7 +208,7 @@ fn what_is_no_text_of_ours_is_refused_in_a_word() {
         refused(b"about = \"x\"\nabout2 = \"\xe9\""),
         "/mine.toml:2:11: not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding"
     );
-    let long = "/mine.toml: longer than 4 MiB; name many targets in a traffic file, see [traffic]";
+    let long = "/mine.toml: it has 4097 KiB; at most 4096 KiB; name many targets in a traffic file, see [traffic]";
     assert_eq!(refused(&vec![b' '; (4 << 20) + 1]), long);
     let nested = refused("[".repeat(100_000).as_bytes());
     assert!(nested.starts_with("/mine.toml:1:") && nested.lines().count() == 1, "{nested}");

@@ -49,6 +49,8 @@ class Half {
     this.tables = {};
     let rest = bytes.subarray(4 + length);
     for (const table of directory.tables) {
+      const cells = table.ids.length * this.times_s.length;
+      if (4 * cells * table.columns.length > rest.length) throw new Error(`the table ${table.name} is cut off`);
       this.tables[table.name] = new Table(table, this.times_s.length, rest);
       rest = rest.subarray(this.tables[table.name].bytes);
     }

@@ -143,7 +143,7 @@ function begin({ clock, film }) {
 }
 
 function title(head) {
-  const name = `${head.scenario}, seed ${head.seed}`;
+  const name = `${head.scenario}, seed ${head.seed}${head.unfinished ? ", unfinished" : ""}`;
   document.title = `${name} \u2013 standoff`;
   element("title").textContent = name;
 }

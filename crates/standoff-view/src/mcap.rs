@@ -17,7 +17,7 @@ mod tests;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mcap::Attachment;
 use mcap::records::Metadata;
@@ -38,8 +38,8 @@ const WORLD: &str = "world";
 
 /// Writes a mission, frame by frame.
 ///
-/// The file grows as `FILE.partial`. [`Writer::finish`] moves it to its place; a writer that is dropped before removes
-/// it.
+/// The file grows as `FILE.partial`. [`Writer::finish`] moves it to its place, [`Writer::stop`] leaves it there; a writer
+/// that is dropped before removes it.
 pub struct Writer {
     channels: Channels,
     scene: Scene,
@@ -108,6 +108,15 @@ impl Writer {
             channels.put("/log", &log::entry(frame.time_us, event, target_names))?;
         }
         Ok(())
+    }
+
+    /// Completes the file of a run that was ended early, and leaves it as `FILE.partial`: gives that path.
+    pub fn stop(self) -> Result<PathBuf, McapError> {
+        let Self { channels, partial, .. } = self;
+        match channels.finish() {
+            Ok(file) => partial.leave(file),
+            Err(reason) => Err(partial.failed(reason)),
+        }
     }
 
     /// Completes the file and moves it to its place; an older MCAP file there is replaced.

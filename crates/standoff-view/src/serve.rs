@@ -5,6 +5,8 @@
 
 mod connection;
 mod feed;
+#[cfg(test)]
+mod fuzz;
 mod guard;
 mod reply;
 mod stall;

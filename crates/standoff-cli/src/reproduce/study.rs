@@ -7,6 +7,7 @@ use standoff_view::figures::Figure;
 
 use super::claim::{Claim, shown};
 use crate::failure::Failure;
+use crate::tell;
 
 /// A piece of the paper, reproduced.
 pub(crate) struct Study {
@@ -115,8 +116,9 @@ pub(crate) fn save_figures(figures: &[Figure], dir: &Path) -> Result<(), Failure
 
 /// Writes a file, and the folders above it.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let made = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, text));
-    made.map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+    made.map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))?;
+    tell::save(path, text)
 }
 
 /// Markdown without its code marks.

@@ -11,9 +11,13 @@ use super::results::{self, Results};
 use super::{MonteCarloError, Values, journal};
 use crate::scenario::Template;
 use crate::score::{Choice, Metrics};
+use crate::text::{quoted, words};
 
 /// The format of the journals and results that this version writes and reads.
 pub(super) const FORMAT: u64 = 1;
+
+/// Most runs of a batch: a journal of more would take longer to read than a person waits.
+const MAX_RUNS: u64 = 100_000_000;
 
 /// Everything that determines the rows of a batch: two that are equal give the same bytes.
 ///
@@ -99,15 +103,7 @@ impl Batch {
         shard: Option<Shard>,
         choice: Choice,
     ) -> Result<Self, MonteCarloError> {
-        if runs == 0 {
-            return Err(MonteCarloError::NoRuns);
-        }
-        if seed.checked_add(runs).is_none_or(|end| end - 1 > i64::MAX as u64) {
-            return Err(MonteCarloError::SeedTooLarge { seed, runs });
-        }
-        if let Some(shard) = shard.filter(|shard| shard.index >= shard.of || shard.of > runs) {
-            return Err(MonteCarloError::NoSuchShard { shard, runs });
-        }
+        check_runs(seed, runs, shard)?;
         Ok(Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -119,6 +115,27 @@ impl Batch {
             traffic_crc32: template.traffic_crc32(),
             scenario_toml: template.text()?,
         })
+    }
+
+    /// Refuses what no batch can be: it was read from a file.
+    pub(super) fn check(&self) -> Result<(), MonteCarloError> {
+        check_runs(self.seed, self.runs, self.shard)?;
+        // Another version may have metrics that this one does not know.
+        let is_name = |name: &String| {
+            let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+            (1..=100).contains(&name.len()) && name.chars().all(known)
+        };
+        let mut sorted: Vec<&String> = self.metrics.iter().collect();
+        sorted.sort();
+        match self.metrics.iter().find(|name| !is_name(name)) {
+            Some(name) => {
+                Err(MonteCarloError::Metrics(format!("{}: must be small letters, digits and _", quoted(name))))
+            }
+            None if !sorted.is_sorted_by(|name, next| name < next) => {
+                Err(MonteCarloError::Metrics("one is there twice; each once".to_owned()))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The runs that are flown here.
@@ -181,7 +198,7 @@ impl Batch {
     pub(super) fn difference(&self, other: &Self) -> Option<String> {
         let differ = |what: &str, ours: &dyn fmt::Display, theirs: &dyn fmt::Display| {
             let (ours, theirs) = (ours.to_string(), theirs.to_string());
-            (ours != theirs).then(|| format!("{what} is {theirs}, not {ours}"))
+            (ours != theirs).then(|| format!("{what} is {}, not {}", words(&theirs), words(&ours)))
         };
         let shard = |batch: &Self| batch.shard.map_or_else(|| "none".to_owned(), |shard| shard.to_string());
         let traffic = |batch: &Self| batch.traffic_crc32.map_or_else(|| "none".to_owned(), |crc| format!("{crc:08x}"));
@@ -218,14 +235,30 @@ impl Batch {
     }
 }
 
+fn check_runs(seed: u64, runs: u64, shard: Option<Shard>) -> Result<(), MonteCarloError> {
+    if runs == 0 {
+        return Err(MonteCarloError::NoRuns);
+    }
+    if seed.checked_add(runs).is_none_or(|end| end - 1 > i64::MAX as u64) {
+        return Err(MonteCarloError::SeedTooLarge { seed, runs });
+    }
+    if runs > MAX_RUNS {
+        return Err(MonteCarloError::TooManyRuns { runs, most: MAX_RUNS });
+    }
+    if let Some(shard) = shard.filter(|shard| shard.index >= shard.of || shard.of > runs) {
+        return Err(MonteCarloError::NoSuchShard { shard, runs });
+    }
+    Ok(())
+}
+
 /// The metrics that one has and the other has not.
 fn different_metrics(ours: &[String], theirs: &[String]) -> Option<String> {
     let only = |of: &[String], other: &[String]| {
         of.iter().filter(|name| !other.contains(name)).cloned().collect::<Vec<_>>().join(", ")
     };
     match (only(ours, theirs), only(theirs, ours)) {
-        (lacks, _) if !lacks.is_empty() => Some(format!("it lacks the metrics {lacks}")),
-        (_, more) if !more.is_empty() => Some(format!("it has more metrics, {more}")),
+        (lacks, _) if !lacks.is_empty() => Some(format!("it lacks the metrics {}", words(&lacks))),
+        (_, more) if !more.is_empty() => Some(format!("it has more metrics, {}", words(&more))),
         _ => None,
     }
 }
@@ -250,7 +283,8 @@ fn different_line(ours: &str, theirs: &str) -> Option<String> {
         (None, None) if ours == theirs => None,
         (None, None) => Some("its scenario has the same lines in another order".to_owned()),
         (ours, theirs) => {
-            Some(format!("its scenario says {}, not {}", theirs.unwrap_or_else(nothing), ours.unwrap_or_else(nothing)))
+            let (theirs, ours) = (theirs.unwrap_or_else(nothing), ours.unwrap_or_else(nothing));
+            Some(format!("its scenario says {}, not {}", words(&theirs), words(&ours)))
         }
     }
 }

@@ -8,6 +8,7 @@ use super::Shard;
 use super::batch::FORMAT;
 use crate::record::RecordError;
 use crate::scenario::ScenarioError;
+use crate::text;
 
 /// Why a batch was not flown, completed, merged or compared.
 #[derive(Debug, thiserror::Error)]
@@ -27,9 +28,18 @@ pub enum MonteCarloError {
         /// Number of runs.
         runs: u64,
     },
+    /// More runs than a batch can have.
+    #[error("{runs} runs are too many: at most {most} in a batch; fly fewer, or several batches with other seeds")]
+    TooManyRuns {
+        /// Number of runs.
+        runs: u64,
+        /// The largest number.
+        most: u64,
+    },
     /// The traffic is not what the runs were flown over.
     #[error(
-        "the traffic of {scenario} is another one than these runs were flown over; name the right file with --traffic"
+        "the traffic of {} is another one than these runs were flown over; name the right file with --traffic",
+        text::words(scenario)
     )]
     OtherTraffic {
         /// The scenario.
@@ -72,7 +82,7 @@ pub enum MonteCarloError {
     #[error(transparent)]
     File(#[from] RecordError),
     /// The journal of a batch does not hold what it should.
-    #[error("{} is damaged: {what}; remove it to fly all its runs again", path.display())]
+    #[error("{} is damaged: {what}; remove it to fly all its runs again", text::path(path))]
     DamagedJournal {
         /// The journal.
         path: PathBuf,
@@ -80,7 +90,11 @@ pub enum MonteCarloError {
         what: String,
     },
     /// A journal or a result of another format than this program knows.
-    #[error("{} has format {format} of standoff {version}, this one knows {FORMAT}; use that version", path.display())]
+    #[error(
+        "{} has format {format} of standoff {}, this one knows {FORMAT}; use that version",
+        text::path(path),
+        text::words(version)
+    )]
     OtherFormat {
         /// The file.
         path: PathBuf,
@@ -90,7 +104,7 @@ pub enum MonteCarloError {
         version: String,
     },
     /// A folder holds another batch.
-    #[error("{} holds another batch: {difference}; name another folder, or remove that one", dir.display())]
+    #[error("{} holds another batch: {difference}; name another folder, or remove that one", text::path(dir))]
     OtherBatch {
         /// The folder.
         dir: PathBuf,
@@ -101,7 +115,7 @@ pub enum MonteCarloError {
     #[error(
         "{}: seed {seed}, flown again, comes out otherwise: the runs there are another build's; complete them with that \
          build, or name another folder",
-        dir.display()
+        text::path(dir)
     )]
     OtherBuild {
         /// The folder.
@@ -118,13 +132,13 @@ pub enum MonteCarloError {
         metric: String,
     },
     /// A folder holds no results.
-    #[error("{}: holds no results of standoff monte-carlo; name the folder of a batch", dir.display())]
+    #[error("{}: holds no results of standoff monte-carlo; name the folder of a batch", text::path(dir))]
     NoResults {
         /// The folder.
         dir: PathBuf,
     },
     /// A batch is not complete.
-    #[error("{}: its batch is not complete; run its command again, it goes on from there", dir.display())]
+    #[error("{}: its batch is not complete; run its command again, it goes on from there", text::path(dir))]
     Unfinished {
         /// The folder.
         dir: PathBuf,

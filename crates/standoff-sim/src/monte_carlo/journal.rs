@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 use super::batch::FORMAT;
 use super::{Batch, MonteCarloError, Values, results};
 use crate::record::RecordError;
+use crate::text::words;
 
 /// Name of the file.
 const JOURNAL: &str = "monte-carlo.journal";
@@ -27,6 +28,9 @@ const MAGIC: &[u8; 16] = b"standoff journal";
 
 /// Magic, length of the batch, its checksum and their checksum.
 const PREAMBLE: usize = 16 + 4 + 4 + 4;
+
+/// Largest description of a batch, bytes: the scenario's text and some 2,000 more.
+pub(super) const MAX_BATCH: u64 = 8 << 20;
 
 /// What is written is seen onto the disk this often: what a power cut may cost.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
@@ -93,6 +97,18 @@ impl Journal {
         }
         let metrics = batch.metrics.clone();
         Ok(Self { dir: dir.to_owned(), file, slots, metrics, unsynced: false, synced: Instant::now() })
+    }
+
+    /// The batch of a journal, and its runs, as [`Self::open`] and [`Self::rows`] would read them.
+    #[cfg(test)]
+    pub(super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows)>, MonteCarloError> {
+        let mut file = File::open(path).unwrap();
+        let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
+        let start = file.stream_position().unwrap();
+        let (runs, seal) = (batch.flown(), crc32fast::hash(&serde_json::to_vec(&batch).unwrap()));
+        let slots = Slots { start, runs: runs.clone(), metrics: batch.metrics.len(), seal };
+        let rows = Rows { path: path.to_owned(), file: BufReader::new(file), next: runs.start, slots, ended: false };
+        Ok(Some((batch, rows)))
     }
 
     /// Where it lies.
@@ -206,8 +222,10 @@ impl Slots {
         let (row, checksum) = slot.split_last_chunk()?;
         let (number, values) = row.split_first_chunk()?;
         let whole = self.checksum(row) == u32::from_le_bytes(*checksum) && u64::from_le_bytes(*number) == run;
-        let value = |bytes: &[u8; 8]| Some(f64::from_le_bytes(*bytes)).filter(|value| !value.is_nan());
-        whole.then(|| values.as_chunks().0.iter().map(value).collect())
+        let values = || values.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+        // None is ever put that is infinite.
+        (whole && !values().any(f64::is_infinite))
+            .then(|| values().map(|value| Some(value).filter(|value| !value.is_nan())).collect())
     }
 
     fn checksum(&self, row: &[u8]) -> u32 {
@@ -255,8 +273,8 @@ impl Iterator for Rows {
 /// The beginning of the journal of a batch, and the checksum from which its slots start.
 fn head(batch: &Batch) -> Result<(Vec<u8>, u32), MonteCarloError> {
     let json = serde_json::to_vec(batch).map_err(|error| RecordError::write(Path::new(JOURNAL), error.into()))?;
-    let length =
-        u32::try_from(json.len()).map_err(|_| RecordError::damaged(Path::new(JOURNAL), "scenario too long"))?;
+    let length = u32::try_from(json.len()).ok().filter(|&length| u64::from(length) <= MAX_BATCH);
+    let length = length.ok_or_else(|| RecordError::damaged(Path::new(JOURNAL), "scenario too long"))?;
     let seal = crc32fast::hash(&json);
     let mut head = MAGIC.to_vec();
     head.extend(length.to_le_bytes());
@@ -266,10 +284,20 @@ fn head(batch: &Batch) -> Result<(Vec<u8>, u32), MonteCarloError> {
     Ok((head, seal))
 }
 
+/// A journal of anything, with the checksums that belong to it.
+#[cfg(test)]
+pub(super) fn journal_of(json: &[u8], slots: &[u8]) -> Vec<u8> {
+    let mut journal = MAGIC.to_vec();
+    journal.extend((json.len() as u32).to_le_bytes());
+    journal.extend(crc32fast::hash(json).to_le_bytes());
+    journal.extend(crc32fast::hash(&journal).to_le_bytes());
+    [&journal, json, slots].concat()
+}
+
 /// The batch of a journal; `None` if the file breaks off before its first slot.
 fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloError> {
     let unreadable = |reason| RecordError::read(path, reason);
-    let damaged = |what: &str| MonteCarloError::DamagedJournal { path: path.to_owned(), what: what.to_owned() };
+    let damaged = |what: &str| MonteCarloError::DamagedJournal { path: path.to_owned(), what: words(what) };
     let size = file.metadata().map_err(unreadable)?.len();
     let mut preamble = [0; PREAMBLE];
     if size < PREAMBLE as u64 {
@@ -281,6 +309,9 @@ fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloEr
         return Err(damaged("it does not begin as a journal"));
     }
     let length = word(16);
+    if u64::from(length) > MAX_BATCH {
+        return Err(damaged("what was flown is too long"));
+    }
     if size < PREAMBLE as u64 + u64::from(length) {
         return Ok(None);
     }
@@ -290,7 +321,9 @@ fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloEr
         return Err(damaged("what was flown cannot be read"));
     }
     check_format(&json, path)?.map_err(|error| damaged(&error.to_string()))?;
-    serde_json::from_slice(&json).map(Some).map_err(|error| damaged(&error.to_string()))
+    let batch: Batch = serde_json::from_slice(&json).map_err(|error| damaged(&error.to_string()))?;
+    batch.check().map_err(|error| damaged(&error.to_string()))?;
+    Ok(Some(batch))
 }
 
 /// Refuses another format than ours before anything else of it is read.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::journal::Journal;
 use super::{MonteCarloError, Results, Shard, results};
+use crate::text;
 
 /// Merges the complete shards in `dirs`, in any order, into the batch in `out`. A merged batch is not merged again.
 ///
@@ -14,19 +15,19 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     for dir in dirs {
         let part = Results::open(dir)?;
         let Some(shard) = part.batch().shard else {
-            return refuse(format!("{} holds a whole batch, not a shard of one", dir.display()));
+            return refuse(format!("{} holds a whole batch, not a shard of one", text::path(dir)));
         };
         if let Some((other_shard, other)) = parts.first() {
-            let there = other.dir().display();
+            let there = text::path(other.dir());
             if let Some(difference) = other.batch().whole().difference(&part.batch().whole()) {
-                return refuse(format!("{} and {there} are of different batches: {difference}", dir.display()));
+                return refuse(format!("{} and {there} are of different batches: {difference}", text::path(dir)));
             }
             if shard.of != other_shard.of {
-                return refuse(format!("{} is shard {shard}, {there} is shard {other_shard}", dir.display()));
+                return refuse(format!("{} is shard {shard}, {there} is shard {other_shard}", text::path(dir)));
             }
         }
         if let Some((_, other)) = parts.iter().find(|(other, _)| *other == shard) {
-            return refuse(format!("{} and {} are both shard {shard}", other.dir().display(), dir.display()));
+            return refuse(format!("{} and {} are both shard {shard}", text::path(other.dir()), text::path(dir)));
         }
         parts.push((shard, part));
     }

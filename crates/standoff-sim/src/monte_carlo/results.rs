@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::journal::check_format;
+use super::journal::{MAX_BATCH, check_format};
 use super::settings::{Settings, settings_of};
 use super::{Batch, MonteCarloError, Shard, Statistics, Values, pooled_root_ratio};
+use crate::disk::{self, PARTIAL};
+use crate::input;
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
 use crate::record::table::{Row, TableReader, TableWriter};
@@ -18,9 +20,6 @@ use crate::score::Metrics;
 const MANIFEST: &str = "monte-carlo.json";
 const RUNS: &str = "runs.parquet";
 const SUMMARY: &str = "summary.json";
-
-/// What a file is called until it is complete: this is added to its name.
-const PARTIAL: &str = ".partial";
 
 /// A complete batch on disk.
 #[derive(Debug, Clone)]
@@ -109,12 +108,14 @@ impl Results {
             });
         }
         let path = dir.join(MANIFEST);
-        let bytes = fs::read(&path).map_err(|reason| RecordError::read(&path, reason))?;
+        let bytes = input::bytes(&path, MAX_BATCH).map_err(|reason| RecordError::read(&path, reason))?;
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         check_format(&bytes, &path)?.map_err(damaged)?;
         let manifest: Manifest = serde_json::from_slice(&bytes).map_err(damaged)?;
+        manifest.batch.check().map_err(|error| RecordError::damaged(&path, error.to_string()))?;
         let path = dir.join(RUNS);
-        if checksum(&path)? != manifest.runs_crc32 {
+        let found = fs::metadata(&path).map_err(|reason| RecordError::read(&path, reason))?;
+        if found.len() > largest_table(&manifest.batch) || checksum(&path)? != manifest.runs_crc32 {
             let what = "it was changed since it was written";
             return Err(RecordError::damaged(&path, what).into());
         }
@@ -219,17 +220,19 @@ pub(super) fn write(
 }
 
 fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
-    let (path, partial) = (dir.join(name), dir.join(format!("{name}{PARTIAL}")));
-    let refused = |reason| RecordError::write(&path, reason);
-    fs::write(&partial, text).map_err(refused)?;
-    File::open(&partial).and_then(|file| file.sync_all()).map_err(refused)?;
-    fs::rename(&partial, &path).map_err(refused)
+    let path = dir.join(name);
+    disk::save(&path, text).map_err(|reason| RecordError::write(&path, reason))
 }
 
-/// Sees new names in a folder onto the disk, where folders can be opened.
+/// Sees new names in a folder onto the disk.
 pub(super) fn sync_folder(dir: &Path) -> Result<(), RecordError> {
-    let Ok(folder) = File::open(dir) else { return Ok(()) };
-    folder.sync_all().map_err(|reason| RecordError::write(dir, reason))
+    disk::sync_folder(dir).map_err(|reason| RecordError::write(dir, reason))
+}
+
+/// The most bytes that the rows of a batch take: some 9 per value, and what each column takes in any case.
+fn largest_table(batch: &Batch) -> u64 {
+    let (runs, columns) = (batch.flown().end - batch.flown().start, RunRow::columns().len() + batch.metrics.len());
+    (runs.saturating_mul(16)).saturating_add(8 << 10).saturating_mul(columns as u64)
 }
 
 fn checksum(path: &Path) -> Result<u32, RecordError> {

@@ -139,8 +139,8 @@ impl Column {
         self.values.write(writer, levels)
     }
 
-    /// Reads the column's values of one row group, in place of those in hand.
-    pub(crate) fn read(&mut self, reader: ColumnReader, rows: usize) -> ParquetResult<()> {
+    /// Reads the column's values of the next rows of a row group, in place of those in hand.
+    pub(crate) fn read(&mut self, reader: &mut ColumnReader, rows: usize) -> ParquetResult<()> {
         self.clear();
         let read = self.values.read(reader, rows, &mut self.levels)?;
         if read == rows {
@@ -189,9 +189,9 @@ pub(crate) trait Cell: Clone {
     fn of(values: &mut Values) -> Option<&mut Vec<Self>>;
 }
 
-/// Makes the types of columns: for each, a name here, the type in memory and that of Parquet.
+/// Makes the types of columns: for each, a name here, the type in memory, that of Parquet, and what reads it.
 macro_rules! kinds {
-    ($($kind:ident, $cell:ty, $parquet:ty;)+) => {
+    ($($kind:ident, $cell:ty, $parquet:ty, $reader:ident;)+) => {
         /// The values of a column, by type.
         pub(crate) enum Values {
             $($kind(Vec<$cell>),)+
@@ -220,12 +220,12 @@ macro_rules! kinds {
             }
 
             /// Reads up to so many rows and tells how many there were.
-            fn read(&mut self, from: ColumnReader, rows: usize, levels: &mut Vec<i16>) -> ParquetResult<usize> {
-                match self {
-                    $(Self::$kind(values) => <$parquet>::get_column_reader(from)
-                        .ok_or_else(wrong_kind)?
+            fn read(&mut self, from: &mut ColumnReader, rows: usize, levels: &mut Vec<i16>) -> ParquetResult<usize> {
+                match (self, from) {
+                    $((Self::$kind(values), ColumnReader::$reader(from)) => from
                         .read_records(rows, Some(levels), None, values)
                         .map(|(rows, ..)| rows),)+
+                    _ => Err(wrong_kind()),
                 }
             }
         }
@@ -246,11 +246,11 @@ macro_rules! kinds {
 }
 
 kinds! {
-    Int64, i64, Int64Type;
-    Int32, i32, Int32Type;
-    Double, f64, DoubleType;
-    Bool, bool, BoolType;
-    Text, ByteArray, ByteArrayType;
+    Int64, i64, Int64Type, Int64ColumnReader;
+    Int32, i32, Int32Type, Int32ColumnReader;
+    Double, f64, DoubleType, DoubleColumnReader;
+    Bool, bool, BoolType, BoolColumnReader;
+    Text, ByteArray, ByteArrayType, ByteArrayColumnReader;
 }
 
 fn wrong_kind() -> ParquetError {

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
 
+use crate::text;
+
 /// Why a record cannot be written or read. The message is complete: it has no source to append.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The operating system refused to write.
-    #[error("cannot write {}: {reason}; check its folder, its permissions and the free space", path.display())]
+    #[error("cannot write {}: {reason}; check its folder, its permissions and the free space", text::path(path))]
     Write {
         /// What was to be written or moved.
         path: PathBuf,
@@ -18,7 +20,7 @@ pub enum RecordError {
         reason: io::Error,
     },
     /// The operating system refused to read.
-    #[error("cannot read {}: {reason}; check that the record is complete, or run it again", path.display())]
+    #[error("cannot read {}: {reason}; check that the record is complete, or run it again", text::path(path))]
     Read {
         /// What was to be read.
         path: PathBuf,
@@ -26,15 +28,21 @@ pub enum RecordError {
         reason: io::Error,
     },
     /// A file of the record does not hold what it should.
-    #[error("{} is damaged: {what}; copy the record again, or run it again", path.display())]
+    #[error("{} is damaged: {what}; copy the record again, or run it again", text::path(path))]
     Damaged {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
         what: String,
     },
+    /// The record is unfinished, and nothing in it can be read yet.
+    #[error("{} is a run that was ended before any of it was kept; fly the scenario.toml in it again", dir.display())]
+    NothingKept {
+        /// The folder.
+        dir: PathBuf,
+    },
     /// The folder holds no record.
-    #[error("{} is not a record: it holds no run.json; name a folder that standoff wrote", dir.display())]
+    #[error("{} is not a record: it holds no run.json; name a folder that standoff wrote", text::path(dir))]
     NotARecord {
         /// The folder.
         dir: PathBuf,
@@ -43,7 +51,7 @@ pub enum RecordError {
     #[error(
         "{} has record format {format}, written by standoff {version}; this program reads format {known}: read it \
          with that version, or fly the scenario.toml beside it again",
-        path.display(), known = super::FORMAT
+        text::path(path), version = text::words(version), known = super::FORMAT
     )]
     OtherFormat {
         /// The manifest.
@@ -54,25 +62,28 @@ pub enum RecordError {
         version: String,
     },
     /// Something that is not a run of ours lies where the record should go.
-    #[error("{} holds something other than a run of standoff and is left as it is; name another folder", dir.display())]
+    #[error(
+        "{} holds something other than a run of standoff and is left as it is; name another folder",
+        text::path(dir)
+    )]
     Occupied {
         /// The folder or file in the way.
         dir: PathBuf,
     },
     /// Another run is writing the same record.
-    #[error("another run is writing {}; wait until it ends, or name another folder", dir.display())]
+    #[error("another run is writing {}; wait until it ends, or name another folder", text::path(dir))]
     InUse {
         /// The partial folder of the other run.
         dir: PathBuf,
     },
     /// The name cannot be that of a record's folder.
-    #[error("{} does not name a folder that could be made; give a name", dir.display())]
+    #[error("{} does not name a folder that could be made; give a name", text::path(dir))]
     NoName {
         /// The name as given.
         dir: PathBuf,
     },
     /// The record was completed but could not be moved to its place; it is kept where it is.
-    #[error("the record is complete but stays in {}, move it yourself before the next run: {reason}", kept.display())]
+    #[error("the record is complete but stays in {}: {reason}", text::path(kept))]
     NotMoved {
         /// Where the complete record lies.
         kept: PathBuf,
@@ -112,6 +123,12 @@ pub enum RecordError {
 }
 
 impl RecordError {
+    /// What was named is not what it should be; otherwise something failed on the way.
+    #[must_use]
+    pub fn is_wrong_input(&self) -> bool {
+        !matches!(self, Self::Write { .. } | Self::InUse { .. } | Self::NotMoved { .. } | Self::NotFinite { .. })
+    }
+
     pub(crate) fn write(path: &Path, reason: io::Error) -> Self {
         let path = path.to_owned();
         Self::Write { path, reason }
@@ -123,7 +140,8 @@ impl RecordError {
     }
 
     pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
-        let (path, what) = (path.to_owned(), what.into());
+        // Libraries repeat what they find.
+        let (path, what) = (path.to_owned(), text::words(&what.into()));
         Self::Damaged { path, what }
     }
 

@@ -4,8 +4,10 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::rows::TABLES;
+use super::checkpoint::{self, CHECKPOINT};
+use super::rows::is_table;
 use super::{Manifest, RecordError};
+use crate::disk::{self, PARTIAL, beside};
 
 /// The manifest's file name.
 pub(super) const MANIFEST: &str = "run.json";
@@ -33,49 +35,122 @@ pub fn occupancy(dir: &Path) -> Occupancy {
     }
 }
 
-/// Makes the folder in which the record of `dir` grows, with the parents it needs; gives it, and the parents it had to
-/// make, innermost first.
-pub(super) fn make_partial(dir: &Path) -> Result<(PathBuf, Vec<PathBuf>), RecordError> {
-    let Some(name) = dir.file_name() else {
+/// What a record is called that another one will replace, until that one is whole.
+const OLDER: &str = ".older";
+
+/// The folder in which a record grows.
+pub(super) struct Growing {
+    pub(super) path: PathBuf,
+    /// The parents that had to be made, innermost first.
+    pub(super) made: Vec<PathBuf>,
+    /// Where an unfinished run now lies that was there before.
+    pub(super) set_aside: Option<PathBuf>,
+}
+
+/// Makes the folder in which the record of `dir` grows, with the parents it needs.
+///
+/// What an ended run has left there is not lost: a complete record is moved to its place, an unfinished one is set aside
+/// until the new one is whole.
+pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
+    if dir.file_name().is_none() {
         let dir = dir.to_owned();
         return Err(RecordError::NoName { dir });
-    };
-    if occupancy(dir) == Occupancy::Other {
-        let dir = dir.to_owned();
-        return Err(RecordError::Occupied { dir });
     }
-    let mut partial_name = name.to_owned();
-    partial_name.push(".partial");
-    let partial = dir.with_file_name(partial_name);
-    remove_stale(&partial)?;
+    let (partial, older) = (beside(dir, PARTIAL), beside(dir, OLDER));
+    for path in [dir, &older] {
+        if occupancy(path) == Occupancy::Other {
+            let dir = path.to_owned();
+            return Err(RecordError::Occupied { dir });
+        }
+    }
+    let set_aside = settle(dir, &partial, &older)?;
     let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());
     let made: Vec<PathBuf> = parents.take_while(|parent| !parent.exists()).map(Path::to_owned).collect();
     if let Some(parent) = partial.parent() {
         fs::create_dir_all(parent).map_err(|reason| RecordError::write(parent, reason))?;
     }
     match fs::create_dir(&partial) {
-        Ok(()) => Ok((partial, made)),
+        Ok(()) => Ok(Growing { path: partial, made, set_aside }),
         Err(reason) if reason.kind() == io::ErrorKind::AlreadyExists => Err(RecordError::InUse { dir: partial }),
         Err(reason) => Err(RecordError::write(&partial, reason)),
     }
 }
 
-/// Moves a finished record to its place; an older run there is removed just before.
+/// Moves a finished record to its place. An older run there is moved aside first and removed last: at every instant the
+/// one or the other is whole.
 pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordError> {
-    match occupancy(dir) {
-        Occupancy::Other => {
-            let dir = dir.to_owned();
+    let older = beside(dir, OLDER);
+    for path in [dir, &older] {
+        if occupancy(path) == Occupancy::Other {
+            let dir = path.to_owned();
             return Err(RecordError::Occupied { dir });
         }
-        Occupancy::OlderRun => remove_ours(dir)?,
-        Occupancy::Free if dir.is_dir() => remove_ours(dir)?,
-        Occupancy::Free => {}
     }
-    fs::rename(partial, dir).map_err(|reason| RecordError::write(dir, reason))
+    let replaces = occupancy(dir) == Occupancy::OlderRun;
+    if replaces {
+        remove_ours(&older)?;
+        rename(dir, &older)?;
+    } else {
+        remove_ours(dir)?;
+    }
+    if let Err(error) = rename(partial, dir) {
+        if replaces {
+            // If it cannot go back either, the next run will try.
+            let _ = fs::rename(&older, dir);
+        }
+        return Err(error);
+    }
+    if let Some(parent) = dir.parent() {
+        disk::sync_folder(parent).map_err(|reason| RecordError::write(parent, reason))?;
+    }
+    // In nobody's way: if it stays, the next run removes it.
+    let _ = remove_ours(&older);
+    Ok(())
 }
 
-/// Removes a folder and the files in it that are ours; fails, and keeps the folder, if others remain.
+/// Moves or removes what ended runs have left, if nobody is writing it. Gives where an unfinished run was set aside.
+fn settle(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, RecordError> {
+    let left = contents(partial).map_err(|reason| RecordError::read(partial, reason))?;
+    if matches!(left, Contents::NotOurs) {
+        let dir = partial.to_owned();
+        return Err(RecordError::Occupied { dir });
+    }
+    // Held until what is there is moved.
+    let manifest = File::open(partial.join(MANIFEST));
+    if let Ok(manifest) = &manifest {
+        lock(manifest, partial)?;
+    }
+    // The last steps of a run that replaced another were not reached.
+    if is_finished(older) && occupancy(dir) == Occupancy::Free {
+        rename(older, dir)?;
+    } else if is_finished(older) || !checkpoint::is_in(older) {
+        remove_ours(older)?;
+    }
+    if is_finished(partial) {
+        move_into_place(partial, dir)?;
+    } else if checkpoint::is_in(partial) {
+        remove_ours(older)?;
+        rename(partial, older)?;
+    } else {
+        remove_ours(partial)?;
+    }
+    Ok(older.exists().then(|| older.to_owned()))
+}
+
+/// A whole record lies there.
+fn is_finished(dir: &Path) -> bool {
+    Manifest::read(dir).is_ok_and(|manifest| !manifest.unfinished)
+}
+
+fn rename(from: &Path, to: &Path) -> Result<(), RecordError> {
+    fs::rename(from, to).map_err(|reason| RecordError::write(to, reason))
+}
+
+/// Removes a folder, if it is there, and the files in it that are ours; fails, and keeps the folder, if others remain.
 pub(super) fn remove_ours(dir: &Path) -> Result<(), RecordError> {
+    if !dir.exists() {
+        return Ok(());
+    }
     let refused = |reason| RecordError::write(dir, reason);
     // The manifest goes last: what is left by an interruption can still be told for ours.
     let mut manifest = None;
@@ -108,23 +183,6 @@ pub(super) fn lock(manifest: &File, partial: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Removes what an interrupted run left, if nothing else is in it and nobody is writing it.
-fn remove_stale(partial: &Path) -> Result<(), RecordError> {
-    match contents(partial) {
-        Ok(Contents::Nothing) if !partial.is_dir() => Ok(()),
-        Ok(Contents::Nothing | Contents::OnlyOurs) => {
-            if let Ok(manifest) = File::open(partial.join(MANIFEST)) {
-                lock(&manifest, partial)?;
-            }
-            remove_ours(partial)
-        }
-        _ => {
-            let dir = partial.to_owned();
-            Err(RecordError::Occupied { dir })
-        }
-    }
-}
-
 enum Contents {
     Nothing,
     OnlyOurs,
@@ -154,8 +212,10 @@ fn is_ours(entry: &fs::DirEntry) -> io::Result<bool> {
     let Some(name) = name.to_str() else {
         return Ok(false);
     };
-    let known = [MANIFEST, SCENARIO, "summary.json", "report.html"].contains(&name)
+    // Killed while it was written, a file keeps this.
+    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
+    let known = [MANIFEST, SCENARIO, CHECKPOINT, "summary.json", "report.html"].contains(&name)
         || name.ends_with(".svg")
-        || name.strip_suffix(".parquet").is_some_and(|table| TABLES.contains(&table));
+        || name.strip_suffix(".parquet").is_some_and(is_table);
     Ok(known && entry.file_type()?.is_file())
 }

@@ -1,6 +1,5 @@
 //! `run.json`: what was run and which version of standoff wrote the record.
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -8,10 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use super::RecordError;
 use super::folder::MANIFEST;
+use crate::input;
 use crate::traffic::Origin;
 
 /// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
 pub const FORMAT: u64 = 3;
+/// Largest manifest, bytes: one has some 300.
+const MAX_MANIFEST: u64 = 64 << 10;
 /// Records of this format are read, too: they only have no origin.
 const WITHOUT_ORIGIN: u64 = 2;
 
@@ -34,6 +36,9 @@ pub struct Manifest {
     /// Where the local plane touches the Earth, if the scenario says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
+    /// The run is under way, or was ended before its mission was over.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unfinished: bool,
 }
 
 impl Manifest {
@@ -48,13 +53,14 @@ impl Manifest {
             duration_s,
             period_s,
             origin: None,
+            unfinished: false,
         }
     }
 
     /// Scenario and seed, as pictures of the run are titled.
     #[must_use]
     pub fn title(&self) -> String {
-        format!("{}, seed {}", self.scenario, self.seed)
+        format!("{}, seed {}{}", self.scenario, self.seed, if self.unfinished { ", unfinished" } else { "" })
     }
 
     pub(super) fn to_json(&self) -> Result<String, RecordError> {
@@ -70,7 +76,7 @@ impl Manifest {
 
     pub(super) fn read(dir: &Path) -> Result<Self, RecordError> {
         let path = dir.join(MANIFEST);
-        let text = match fs::read_to_string(&path) {
+        let text = match input::text(&path, MAX_MANIFEST) {
             Ok(text) => text,
             Err(reason) if reason.kind() == io::ErrorKind::NotFound && dir.is_dir() => {
                 let dir = dir.to_owned();
@@ -84,7 +90,24 @@ impl Manifest {
         if ![WITHOUT_ORIGIN, FORMAT].contains(&format) {
             return Err(RecordError::OtherFormat { path, format, version });
         }
-        serde_json::from_str(&text).map_err(damaged)
+        let manifest: Self = serde_json::from_str(&text).map_err(damaged)?;
+        manifest.check().map_err(|what| RecordError::damaged(&path, what))?;
+        Ok(manifest)
+    }
+
+    /// Refuses what no run can be.
+    fn check(&self) -> Result<(), String> {
+        let mut values = vec![("duration_s", self.duration_s, 0.0..=1e9), ("period_s", self.period_s, 1e-6..=1e9)];
+        if let Some(Origin { latitude_deg, longitude_deg }) = self.origin {
+            values.push(("origin.latitude_deg", latitude_deg, -90.0..=90.0));
+            values.push(("origin.longitude_deg", longitude_deg, -180.0..=180.0));
+        }
+        match values.into_iter().find(|(_, value, allowed)| !allowed.contains(value)) {
+            None => Ok(()),
+            Some((key, value, allowed)) => {
+                Err(format!("{key} = {value:e} is out of range; {:e} to {:e}", allowed.start(), allowed.end()))
+            }
+        }
     }
 
     /// The folder's `run.json` is that of a record, of this format or another one.

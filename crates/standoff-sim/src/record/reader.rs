@@ -1,13 +1,24 @@
 //! Reads a record back: its manifest at once, its frames one after the other in bounded memory.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::checkpoint::{self, Checkpoint};
 use super::folder::SCENARIO;
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use super::rows::{At, TargetRow, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Manifest, RecordError};
+use crate::input;
+
+/// Largest resolved scenario, bytes: every UAV and target has some 200.
+const MAX_SCENARIO: u64 = 4 << 20;
+/// Most rows of a table at one instant.
+const MAX_AT_ONCE: usize = 100_000;
+/// Latest time, microseconds: 30 years.
+const MAX_TIME_US: i64 = 1_000_000_000_000_000;
+/// Most targets: as many as a traffic file may hold vehicles.
+const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
 
 /// A record on disk.
 #[derive(Debug, Clone)]
@@ -16,15 +27,28 @@ pub struct Record {
     manifest: Manifest,
     scenario_toml: String,
     target_names: Vec<String>,
+    /// Of a record that is unfinished.
+    checkpoint: Option<Arc<Checkpoint>>,
 }
 
 impl Record {
-    /// Opens the record in `dir`: reads all but the frames.
+    /// Opens the record in `dir`: reads all but the frames. An unfinished one tells as far as [`Record::ends_s`].
     pub fn open(dir: &Path) -> Result<Self, RecordError> {
         let manifest = Manifest::read(dir)?;
+        if manifest.unfinished && !checkpoint::is_in(dir) {
+            let dir = dir.to_owned();
+            return Err(RecordError::NothingKept { dir });
+        }
+        let checkpoint = manifest.unfinished.then(|| Checkpoint::read(dir).map(Arc::new)).transpose()?;
         let path = dir.join(SCENARIO);
-        let scenario_toml = fs::read_to_string(&path).map_err(|reason| RecordError::read(&path, reason))?;
-        Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names: read_names(dir)? })
+        let scenario_toml = input::text(&path, MAX_SCENARIO).map_err(|reason| RecordError::read(&path, reason))?;
+        Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names: read_names(dir)?, checkpoint })
+    }
+
+    /// The instant at which an unfinished record breaks off, s; `None` of a finished one.
+    #[must_use]
+    pub fn ends_s(&self) -> Option<f64> {
+        self.checkpoint.as_ref().map(|checkpoint| seconds(checkpoint.last_us))
     }
 
     /// The folder of the record.
@@ -59,23 +83,34 @@ impl Record {
 
     /// Rows of the larger of the tables of targets: how much there is to show.
     pub fn target_rows(&self) -> Result<u64, RecordError> {
-        let tracks = TableReader::<At<TrackRow>>::open(file_of::<TrackRow>(&self.dir))?.rows();
+        let tracks = self.table::<TrackRow>()?.rows();
         if !self.has_truth() {
             return Ok(tracks);
         }
-        Ok(tracks.max(TableReader::<At<TruthRow>>::open(file_of::<TruthRow>(&self.dir))?.rows()))
+        Ok(tracks.max(self.table::<TruthRow>()?.rows()))
+    }
+
+    fn table<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
+        let path = file_of::<R>(&self.dir);
+        if let Some(checkpoint) = &self.checkpoint {
+            let file = input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
+            if let Some(sources) = checkpoint.sources(R::TABLE, file) {
+                return TableReader::of(path, At::<R>::columns(), sources);
+            }
+        }
+        TableReader::open(path)
     }
 
     /// Begins to read the frames.
     pub fn frames(&self) -> Result<Frames, RecordError> {
-        let truth = self.has_truth().then(|| Merged::open(&self.dir));
+        let truth = self.has_truth().then(|| Merged::open(self));
         Ok(Frames {
-            uavs: Merged::open(&self.dir)?,
+            uavs: Merged::open(self)?,
             truth: truth.transpose()?,
-            tracks: Merged::open(&self.dir)?,
-            groups: Merged::open(&self.dir)?,
-            detections: Merged::open(&self.dir)?,
-            events: Merged::open(&self.dir)?,
+            tracks: Merged::open(self)?,
+            groups: Merged::open(self)?,
+            detections: Merged::open(self)?,
+            events: Merged::open(self)?,
             last_us: None,
             ended: false,
         })
@@ -116,6 +151,10 @@ impl Frames {
             return Err(self.uavs.stray(time_us));
         }
         self.last_us = instant;
+        if instant.is_some_and(|time_us| !(0..=MAX_TIME_US).contains(&time_us)) {
+            let what = format!("it has rows at {} s; 0 to {} s", seconds(time_us), seconds(MAX_TIME_US));
+            return Err(RecordError::damaged(self.uavs.table.path(), what));
+        }
         let truth = self.truth.as_mut().map(|truth| truth.rows_at(time_us));
         let frame = Frame {
             time_us,
@@ -126,6 +165,11 @@ impl Frames {
             detections: self.detections.rows_at(time_us)?,
             events: self.events.rows_at(time_us)?,
         };
+        let Frame { uavs, truth, tracks, groups, .. } = &frame;
+        self.uavs.check_order(time_us, uavs, |row| row.uav)?;
+        self.truth.iter().try_for_each(|table| table.check_order(time_us, truth, |row| row.target))?;
+        self.tracks.check_order(time_us, tracks, |row| row.target)?;
+        self.groups.check_order(time_us, groups, |row| row.group)?;
         Ok(instant.map(|_| frame))
     }
 }
@@ -137,8 +181,8 @@ struct Merged<R> {
 }
 
 impl<R: Row> Merged<R> {
-    fn open(dir: &Path) -> Result<Self, RecordError> {
-        let mut table = TableReader::open(file_of::<R>(dir))?;
+    fn open(record: &Record) -> Result<Self, RecordError> {
+        let mut table = record.table::<R>()?;
         let ahead = table.next_row()?;
         Ok(Self { table, ahead })
     }
@@ -154,10 +198,23 @@ impl<R: Row> Merged<R> {
             if at.time_us < time_us {
                 return Err(self.stray(at.time_us));
             }
+            if rows.len() == MAX_AT_ONCE {
+                let what = format!("it has more than {MAX_AT_ONCE} rows at {} s", seconds(time_us));
+                return Err(RecordError::damaged(self.table.path(), what));
+            }
             rows.push(at.row);
             self.ahead = self.table.next_row()?;
         }
         Ok(rows)
+    }
+
+    /// Refuses rows of an instant that are not by ascending id, each once.
+    fn check_order(&self, time_us: i64, rows: &[R], id: impl Fn(&R) -> u32) -> Result<(), RecordError> {
+        if rows.is_sorted_by(|row, next| id(row) < id(next)) {
+            return Ok(());
+        }
+        let what = format!("its rows at {} s are not by ascending id, each once", seconds(time_us));
+        Err(RecordError::damaged(self.table.path(), what))
     }
 
     fn stray(&self, time_us: i64) -> RecordError {
@@ -174,6 +231,9 @@ fn read_names(dir: &Path) -> Result<Vec<String>, RecordError> {
         if usize::try_from(row.target).ok() != Some(names.len()) {
             let what = format!("target {} is not in its place", row.target);
             return Err(RecordError::damaged(table.path(), what));
+        }
+        if names.len() == MAX_TARGETS {
+            return Err(RecordError::damaged(table.path(), format!("it has more than {MAX_TARGETS} targets")));
         }
         names.push(row.name);
     }

@@ -4,20 +4,20 @@ use parquet::data_type::ByteArray;
 
 use super::column::{Cells, Column, Fault, Field, Scalar, What};
 use super::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use super::plausible::MAX_CELL;
 use super::table::Row;
+use crate::text::quoted;
 
-/// The names of all tables; the files are `<name>.parquet`.
-pub(super) const TABLES: [&str; 7] = [
-    UavRow::TABLE,
-    TruthRow::TABLE,
-    TrackRow::TABLE,
-    GroupRow::TABLE,
-    DetectionRow::TABLE,
-    EventRow::TABLE,
-    TargetRow::TABLE,
-];
+/// The names of the tables that grow with every instant; the files are `<name>.parquet`.
+pub(super) const TIMED: [&str; 6] =
+    [UavRow::TABLE, TruthRow::TABLE, TrackRow::TABLE, GroupRow::TABLE, DetectionRow::TABLE, EventRow::TABLE];
 
-/// A target's name: the table of targets is written once, when the run ends.
+/// There is a table of that name.
+pub(super) fn is_table(name: &str) -> bool {
+    TIMED.contains(&name) || name == TargetRow::TABLE
+}
+
+/// A target's name: the table of targets is written once, when the run begins.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct TargetRow {
     pub(super) target: u32,
@@ -237,7 +237,7 @@ macro_rules! words {
             fn decode(cell: ByteArray) -> Result<Self, What> {
                 match text(&cell)? {
                     $($word => Ok(Self::$value),)+
-                    other => Err(What::Bad(format!(concat!("is no ", $what, ": {:?}"), other))),
+                    other => Err(What::Bad(format!(concat!("is no ", $what, ": {}"), quoted(other)))),
                 }
             }
         }
@@ -262,11 +262,14 @@ impl Scalar for Vec<u32> {
     fn decode(cell: ByteArray) -> Result<Self, What> {
         let ids = text(&cell)?;
         ids.split_whitespace()
-            .map(|id| id.parse().map_err(|_| What::Bad(format!("is no list of ids: {ids:?}"))))
+            .map(|id| id.parse().map_err(|_| What::Bad(format!("is no list of ids: {}", quoted(ids)))))
             .collect()
     }
 }
 
 fn text(cell: &ByteArray) -> Result<&str, What> {
+    if cell.len() > MAX_CELL {
+        return Err(What::Bad(format!("has {} bytes of text; at most {MAX_CELL}", cell.len())));
+    }
     std::str::from_utf8(cell.data()).map_err(|_| What::Bad("is not UTF-8 text".to_owned()))
 }

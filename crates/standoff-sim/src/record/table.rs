@@ -1,20 +1,28 @@
 //! One Parquet file: rows go in and come out through the columns of one row group at a time.
 
+use std::cell::Cell;
+use std::collections::VecDeque;
 use std::fs::File;
+use std::io::Write;
 use std::marker::PhantomData;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use parquet::basic::Compression;
+use parquet::column::reader::ColumnReader;
 use parquet::errors::{ParquetError, Result as ParquetResult};
-use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::metadata::{FileMetaData, ParquetMetaData, ParquetMetaDataReader, ParquetMetaDataWriter};
+use parquet::file::properties::{EnabledStatistics, ReaderProperties, WriterProperties};
+use parquet::file::reader::RowGroupReader;
+use parquet::file::serialized_reader::SerializedRowGroupReader;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{SchemaDescriptor, Type};
 
-use super::RecordError;
+use super::checkpoint::{Missing, Source};
 use super::column::{Cells, Column, Fault, What};
+use super::{RecordError, plausible};
+use crate::input;
 
 /// Rows per row group: it bounds the memory of a run of any length.
 pub(crate) const GROUP_ROWS: usize = 65_536;
@@ -46,6 +54,8 @@ pub(crate) struct TableWriter<R> {
     file: SerializedFileWriter<File>,
     columns: Vec<Column>,
     rows: usize,
+    /// Row groups that are known to be on the disk.
+    synced_groups: usize,
     kind: PhantomData<R>,
 }
 
@@ -58,7 +68,7 @@ impl<R: Row> TableWriter<R> {
     pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
         let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
-        Ok(Self { path, file, columns, rows: 0, kind: PhantomData })
+        Ok(Self { path, file, columns, rows: 0, synced_groups: 0, kind: PhantomData })
     }
 
     /// Adds a row. After an error the table is not to be used any more.
@@ -71,12 +81,24 @@ impl<R: Row> TableWriter<R> {
         Ok(())
     }
 
-    /// Writes what is left and sees it onto the disk.
-    pub(crate) fn finish(mut self) -> Result<(), RecordError> {
+    /// Writes what is left and sees it onto the disk. After that the table is not to be used any more.
+    pub(crate) fn finish(&mut self) -> Result<(), RecordError> {
         self.flush()?;
         self.file.finish().map_err(|e| RecordError::parquet_write(&self.path, e))?;
         let synced = self.file.inner().sync_all();
         synced.map_err(|reason| RecordError::write(&self.path, reason))
+    }
+
+    /// Sees what is in the file onto the disk, and gives what it lacks to be read as it is now.
+    pub(super) fn missing(&mut self) -> Result<Missing, RecordError> {
+        let groups = self.file.flushed_row_groups().len();
+        if groups > self.synced_groups {
+            let synced = self.file.flush().and_then(|()| self.file.inner().sync_data());
+            synced.map_err(|reason| RecordError::write(&self.path, reason))?;
+            self.synced_groups = groups;
+        }
+        let missing = missing(&self.file, &self.columns, self.rows);
+        missing.map_err(|e| RecordError::parquet_write(&self.path, e))
     }
 
     fn flush(&mut self) -> Result<(), RecordError> {
@@ -89,7 +111,7 @@ impl<R: Row> TableWriter<R> {
     }
 }
 
-fn start(file: File, columns: &[Column]) -> ParquetResult<SerializedFileWriter<File>> {
+fn start<W: Write + Send>(file: W, columns: &[Column]) -> ParquetResult<SerializedFileWriter<W>> {
     let fields: ParquetResult<Vec<_>> = columns.iter().map(|c| c.schema().map(Arc::new)).collect();
     let schema = Type::group_type_builder("schema").with_fields(fields?).build()?;
     // Neither the library's version nor anything of this machine goes into the file.
@@ -102,7 +124,25 @@ fn start(file: File, columns: &[Column]) -> ParquetResult<SerializedFileWriter<F
     SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
 }
 
-fn write_group(file: &mut SerializedFileWriter<File>, columns: &[Column]) -> ParquetResult<()> {
+/// The footer of what was written so far, and the rows in hand as a file of their own.
+fn missing<W: Write + Send>(
+    file: &SerializedFileWriter<W>,
+    columns: &[Column],
+    rows_in_hand: usize,
+) -> ParquetResult<Missing> {
+    let groups = file.flushed_row_groups().to_vec();
+    let rows = groups.iter().map(|group| group.num_rows()).sum();
+    let about = FileMetaData::new(1, rows, None, None, Arc::new(file.schema_descr().clone()), None);
+    let mut footer = Vec::new();
+    ParquetMetaDataWriter::new(&mut footer, &ParquetMetaData::new(about, groups)).finish()?;
+    let mut rows = start(Vec::new(), columns)?;
+    if rows_in_hand > 0 {
+        write_group(&mut rows, columns)?;
+    }
+    Ok(Missing { footer, rows: rows.into_inner()? })
+}
+
+fn write_group<W: Write + Send>(file: &mut SerializedFileWriter<W>, columns: &[Column]) -> ParquetResult<()> {
     let mut group = file.next_row_group()?;
     for column in columns {
         if let Some(mut writer) = group.next_column()? {
@@ -128,12 +168,18 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
 /// Reads a table row by row.
 pub(crate) struct TableReader<R> {
     path: PathBuf,
-    file: SerializedFileReader<File>,
+    /// What is still to be read, the next first.
+    sources: VecDeque<Source>,
     columns: Vec<Column>,
     /// Where each of our columns is in the file.
     places: Vec<usize>,
+    /// Of the first source.
     next_group: usize,
-    /// Rows of the group in hand that were not taken yet.
+    /// What reads each of our columns of the group in hand.
+    readers: Vec<ColumnReader>,
+    /// Rows of that group that were not read yet: other programs make groups that are too large for one go.
+    unread: usize,
+    /// Rows in hand that were not taken yet.
     left: usize,
     /// Rows taken, for messages.
     taken: usize,
@@ -147,31 +193,54 @@ impl<R: Row> TableReader<R> {
 
     /// Reads these columns and passes over all others.
     pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
-        let file = File::open(&path).map_err(|reason| RecordError::read(&path, reason))?;
-        let file = guarded(|| SerializedFileReader::new(file)).map_err(|e| RecordError::parquet_read(&path, e))?;
-        let schema = file.metadata().file_metadata().schema_descr();
-        let places: Result<_, _> = columns.iter().map(|c| place(c, schema)).collect();
-        let places = places.map_err(|what| RecordError::damaged(&path, what))?;
-        Ok(Self { path, file, columns, places, next_group: 0, left: 0, taken: 0, kind: PhantomData })
+        let mut file = input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
+        plausible::check_end(&mut file).map_err(|what| RecordError::damaged(&path, what))?;
+        let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file));
+        let metadata = metadata.map_err(|e| RecordError::parquet_read(&path, e))?;
+        Self::of(path, columns, [Source { file: Arc::new(file), metadata }])
+    }
+
+    /// Reads one source after the other; `path` is for messages.
+    pub(super) fn of(
+        path: PathBuf,
+        columns: Vec<Column>,
+        sources: impl Into<VecDeque<Source>>,
+    ) -> Result<Self, RecordError> {
+        let (sources, mut places) = (sources.into(), Vec::new());
+        for source in &sources {
+            let schema = source.metadata.file_metadata().schema_descr();
+            let found: Result<_, _> = columns.iter().map(|c| place(c, schema)).collect();
+            places = found.map_err(|what| RecordError::damaged(&path, what))?;
+        }
+        let (readers, kind) = (Vec::new(), PhantomData);
+        Ok(Self { path, sources, columns, places, next_group: 0, readers, unread: 0, left: 0, taken: 0, kind })
     }
 
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// How many rows it says it has.
+    /// How many rows it says it has: all, as long as none was taken.
     pub(crate) fn rows(&self) -> u64 {
-        u64::try_from(self.file.metadata().file_metadata().num_rows()).unwrap_or(0)
+        let rows = |source: &Source| u64::try_from(source.metadata.file_metadata().num_rows()).unwrap_or(0);
+        self.sources.iter().map(rows).fold(0, u64::saturating_add)
     }
 
     /// The next row, or `None` after the last.
     pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
         while self.left == 0 {
-            if self.next_group == self.file.num_row_groups() {
-                return Ok(None);
+            if self.unread == 0 {
+                let Some(source) = self.sources.front() else { return Ok(None) };
+                if self.next_group == source.metadata.num_row_groups() {
+                    self.sources.pop_front();
+                    self.next_group = 0;
+                    continue;
+                }
+                guarded(|| self.open_group()).map_err(|e| RecordError::parquet_read(&self.path, e))?;
+                self.next_group += 1;
             }
-            self.left = guarded(|| self.read_group()).map_err(|e| RecordError::parquet_read(&self.path, e))?;
-            self.next_group += 1;
+            self.left = guarded(|| self.read_rows()).map_err(|e| RecordError::parquet_read(&self.path, e))?;
+            self.unread -= self.left;
         }
         self.left -= 1;
         self.taken += 1;
@@ -184,24 +253,63 @@ impl<R: Row> TableReader<R> {
         }
     }
 
-    fn read_group(&mut self) -> ParquetResult<usize> {
-        let group = self.file.get_row_group(self.next_group)?;
-        let rows = usize::try_from(group.metadata().num_rows())?;
-        for (column, place) in self.columns.iter_mut().zip(&self.places) {
-            column.read(group.get_column_reader(*place)?, rows)?;
+    fn open_group(&mut self) -> ParquetResult<()> {
+        let Some(Source { file, metadata }) = self.sources.front() else { return Ok(()) };
+        let (about, index) = (metadata.row_group(self.next_group), metadata.page_index_for_row_group(self.next_group));
+        let properties = Arc::new(ReaderProperties::builder().build());
+        let group = SerializedRowGroupReader::new(Arc::clone(file), about, index, properties)?;
+        // To look at what the reader is about to believe.
+        let mut bytes = file.try_clone()?;
+        self.unread = usize::try_from(about.num_rows())?;
+        self.readers.clear();
+        for &place in &self.places {
+            let chunk = about.columns().get(place).ok_or_else(|| damage("a column is missing"))?;
+            plausible::check_pages(&mut bytes, chunk).map_err(|what| damage(&what))?;
+            self.readers.push(group.get_column_reader(place)?);
+        }
+        Ok(())
+    }
+
+    fn read_rows(&mut self) -> ParquetResult<usize> {
+        let rows = self.unread.min(GROUP_ROWS);
+        for (column, reader) in self.columns.iter_mut().zip(&mut self.readers) {
+            column.read(reader, rows)?;
         }
         Ok(rows)
     }
 }
 
+pub(super) fn damage(what: &str) -> ParquetError {
+    ParquetError::General(what.to_owned())
+}
+
 /// Runs the parquet crate on bytes of which nobody knows where they have been: it panics on some
 /// damaged files (60.1: a dictionary page that is missing, for one) where an error is due.
-fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> ParquetResult<T> {
+pub(super) fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> ParquetResult<T> {
     // What a panic leaves half done is not used again: the error ends the reading.
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
-        let what = "its bytes cannot be decoded".to_owned();
-        Err(ParquetError::General(what))
-    })
+    quietly(|| catch_unwind(AssertUnwindSafe(read))).unwrap_or_else(|_| Err(damage("its bytes cannot be decoded")))
+}
+
+thread_local! {
+    /// A panic of this thread is expected, and caught.
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does something without the message that a panic prints, on this thread; others are not concerned.
+fn quietly<T>(work: impl FnOnce() -> T) -> T {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let print = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                print(panic);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let done = work();
+    QUIET.set(false);
+    done
 }
 
 /// Where the column is in a file; columns that this version does not know are passed over.
@@ -236,7 +344,7 @@ mod tests {
             table.finish().unwrap();
 
             let mut table = TableReader::<TargetRow>::open(path).unwrap();
-            assert_eq!(table.file.num_row_groups(), groups);
+            assert_eq!(table.sources[0].metadata.num_row_groups(), groups);
             (0..rows).for_each(|target| assert_eq!(table.next_row().unwrap(), Some(row(target))));
             assert_eq!(table.next_row().unwrap(), None);
         }

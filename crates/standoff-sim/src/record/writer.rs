@@ -1,19 +1,29 @@
 //! Writes a record while the run goes: in a folder beside its place, moved there when complete.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use super::folder::{self, MANIFEST, SCENARIO};
+use super::checkpoint;
+use super::folder::{self, Growing, MANIFEST, SCENARIO};
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use super::rows::{At, TargetRow, seconds};
 use super::table::{Row, TableWriter, file_of};
 use super::{FORMAT, Manifest, RecordError};
+use crate::disk::{PARTIAL, beside};
+
+/// Least time between two checkpoints: what the end of the process may cost.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
+/// They take at most one part in so many of the time.
+const CHECKPOINT_SHARE: u32 = 50;
 
 /// Writes a record, frame by frame, in bounded memory.
 ///
-/// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`; a writer that
-/// is dropped before removes it.
+/// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`. If it does not come to that, the
+/// folder stays as an unfinished record which can be read up to its last checkpoint; without one it is removed.
+///
+/// When checkpoints are made depends on the time of day, but not what a record holds in the end.
 ///
 /// ```
 /// use standoff_sim::record::{Manifest, Record, Writer};
@@ -26,12 +36,12 @@ use super::{FORMAT, Manifest, RecordError};
 /// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
 /// let settings = &scenario.settings;
 /// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
-/// let mut writer = Writer::create(&dir, &manifest, &scenario.resolved()?)?;
+/// let mut writer = Writer::create(&dir, &manifest, &scenario.resolved()?, &World::names(&scenario))?;
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
 /// while let Some(frame) = mission.frame() {
 ///     writer.frame(frame)?;
 /// }
-/// writer.finish(&World::names(&scenario))?;
+/// writer.finish()?;
 ///
 /// let record = Record::open(&dir)?;
 /// assert_eq!(record.target_names(), ["target-1"]);
@@ -48,29 +58,54 @@ pub struct Writer {
     events: TableWriter<At<EventRow>>,
     last_us: Option<i64>,
     sound: bool,
-    manifest: File,
+    next_checkpoint: Instant,
+    /// The last instant of the last checkpoint.
+    kept_us: Option<i64>,
+    set_aside: Option<PathBuf>,
+    manifest: Manifest,
+    /// Open, because it holds the lock.
+    lock: File,
     dir: PathBuf,
     // Last, as fields are dropped in order: the files are closed before their folder goes.
     partial: Partial,
 }
 
+/// What is left of a run that did not come to its end: a record that can be read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// Its folder.
+    pub dir: PathBuf,
+    /// Its last instant, s.
+    pub until_s: f64,
+}
+
 impl Writer {
-    /// Begins the record that is to lie in `dir`. Parent folders are made; what an interrupted run
-    /// left in `<dir>.partial` is removed.
+    /// Begins the record that is to lie in `dir`, with the targets' names by id. Parent folders are made. An unfinished
+    /// record that an ended run has left is set aside ([`Writer::set_aside`]) until this one is published.
     ///
     /// The record says that this version wrote it, whatever `manifest` says.
     ///
     /// Fails if `dir` is [`super::Occupancy::Other`] or if another run is writing it.
-    pub fn create(dir: &Path, manifest: &Manifest, scenario_toml: &str) -> Result<Self, RecordError> {
-        let manifest = Manifest { format: FORMAT, version: env!("CARGO_PKG_VERSION").to_owned(), ..manifest.clone() };
+    pub fn create(
+        dir: &Path,
+        manifest: &Manifest,
+        scenario_toml: &str,
+        target_names: &[String],
+    ) -> Result<Self, RecordError> {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let manifest = Manifest { format: FORMAT, version, unfinished: true, ..manifest.clone() };
         let json = manifest.to_json()?;
-        let partial = Partial::make(dir)?;
-        let path = partial.path.join(MANIFEST);
-        let mut file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
-        folder::lock(&file, &partial.path)?;
-        file.write_all(json.as_bytes()).map_err(|reason| RecordError::write(&path, reason))?;
+        let (partial, set_aside) = Partial::make(dir)?;
+        let lock = put_manifest(&partial.path, &json, false)?;
         let path = partial.path.join(SCENARIO);
-        fs::write(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
+        let file = File::create(&path).and_then(|mut file| file.write_all(scenario_toml.as_bytes()).map(|()| file));
+        file.and_then(|file| file.sync_all()).map_err(|reason| RecordError::write(&path, reason))?;
+        let mut targets = table::<TargetRow>(&partial)?;
+        for (target, name) in (0..).zip(target_names) {
+            let name = name.clone();
+            targets.push(&TargetRow { target, name })?;
+        }
+        targets.finish()?;
         Ok(Self {
             uavs: table(&partial)?,
             truth: table(&partial)?,
@@ -80,10 +115,20 @@ impl Writer {
             events: table(&partial)?,
             last_us: None,
             sound: true,
-            manifest: file,
+            next_checkpoint: Instant::now() + CHECKPOINT_EVERY,
+            kept_us: None,
+            set_aside,
+            manifest,
+            lock,
             dir: dir.to_owned(),
             partial,
         })
+    }
+
+    /// Where an unfinished run lies that was in the way: until this one is published.
+    #[must_use]
+    pub fn set_aside(&self) -> Option<&Path> {
+        self.set_aside.as_deref()
     }
 
     /// Adds an instant: later than the one before, and with at least one UAV.
@@ -107,33 +152,89 @@ impl Writer {
         put(&mut self.events, time_us, &frame.events)?;
         self.last_us = Some(time_us);
         self.sound = true;
+        let now = Instant::now();
+        if now >= self.next_checkpoint {
+            let made = self.checkpoint();
+            // One that does not fit on the disk is done without: the tables may fit, and the one before stays.
+            if !self.sound {
+                return made;
+            }
+            self.next_checkpoint = Instant::now() + CHECKPOINT_EVERY.max(now.elapsed() * CHECKPOINT_SHARE);
+        }
         Ok(())
     }
 
-    /// Completes the record with the targets' names, by id, and moves it to its place.
-    pub fn finish(self, target_names: &[String]) -> Result<(), RecordError> {
-        self.close(target_names)?.publish()
+    /// Sees onto the disk what there is of the record, so that it can be read whatever comes. It is done now and then
+    /// without being asked for.
+    ///
+    /// After an error of its tables the record cannot be continued nor finished; without room for a checkpoint it can.
+    pub fn checkpoint(&mut self) -> Result<(), RecordError> {
+        let Some(last_us) = self.last_us else { return Ok(()) };
+        self.check_sound(last_us)?;
+        self.sound = false;
+        // In the order of their names in `TIMED`.
+        let tables = [
+            self.uavs.missing()?,
+            self.truth.missing()?,
+            self.tracks.missing()?,
+            self.groups.missing()?,
+            self.detections.missing()?,
+            self.events.missing()?,
+        ];
+        self.sound = true;
+        self.keep(last_us, &tables)
     }
 
-    /// Completes the tables, with the targets' names by id. The record can be read where it lies, and added to, before
-    /// it is published.
-    pub fn close(self, target_names: &[String]) -> Result<Closed, RecordError> {
-        self.check_sound(self.last_us.unwrap_or_default())?;
-        let mut targets = table::<TargetRow>(&self.partial)?;
-        for (target, name) in (0..).zip(target_names) {
-            let name = name.clone();
-            targets.push(&TargetRow { target, name })?;
+    /// Completes the record and moves it to its place.
+    pub fn finish(self) -> Result<(), RecordError> {
+        self.close()?.publish()
+    }
+
+    /// Completes the tables. The record can be read where it lies, and added to, before it is published.
+    pub fn close(mut self) -> Result<Closed, RecordError> {
+        self.finish_tables()?;
+        let json = Manifest { unfinished: false, ..self.manifest.clone() }.to_json()?;
+        let lock = put_manifest(&self.partial.path, &json, true)?;
+        self.partial.keep = true;
+        checkpoint::remove(&self.partial.path)?;
+        Ok(Closed { _locks: [self.lock, lock], dir: self.partial.path.clone(), place: self.dir })
+    }
+
+    /// Ends the record before the mission is over: it stays unfinished, its tables whole up to the last frame. Without
+    /// a frame nothing is left.
+    pub fn stop(mut self) -> Result<Option<Kept>, RecordError> {
+        let Some(last_us) = self.last_us else { return Ok(None) };
+        self.finish_tables()?;
+        self.keep(last_us, &[])?;
+        Ok(self.kept())
+    }
+
+    /// What can be read of the record if it ends now.
+    #[must_use]
+    pub fn kept(&self) -> Option<Kept> {
+        self.kept_us.map(|last_us| Kept { dir: self.partial.path.clone(), until_s: seconds(last_us) })
+    }
+
+    fn keep(&mut self, last_us: i64, tables: &[checkpoint::Missing]) -> Result<(), RecordError> {
+        if self.kept_us.is_none() {
+            let synced = self.lock.sync_all();
+            synced.map_err(|reason| RecordError::write(&self.partial.path.join(MANIFEST), reason))?;
         }
-        targets.finish()?;
+        checkpoint::write(&self.partial.path, last_us, tables)?;
+        self.kept_us = Some(last_us);
+        self.partial.keep = true;
+        Ok(())
+    }
+
+    fn finish_tables(&mut self) -> Result<(), RecordError> {
+        self.check_sound(self.last_us.unwrap_or_default())?;
+        self.sound = false;
         self.uavs.finish()?;
         self.truth.finish()?;
         self.tracks.finish()?;
         self.groups.finish()?;
         self.detections.finish()?;
-        self.events.finish()?;
-        let synced = self.manifest.sync_all();
-        synced.map_err(|reason| RecordError::write(&self.partial.path.join(MANIFEST), reason))?;
-        Ok(Closed { _manifest: self.manifest, dir: self.dir, partial: self.partial })
+        self.events.finish()
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
@@ -144,12 +245,12 @@ impl Writer {
     }
 }
 
-/// A complete record that is not in its place yet; dropped, it is removed.
+/// A complete record that is not in its place yet; dropped, it stays where it is.
 pub struct Closed {
-    /// Open, because it holds the lock.
-    _manifest: File,
+    /// Open, because they hold the lock.
+    _locks: [File; 2],
     dir: PathBuf,
-    partial: Partial,
+    place: PathBuf,
 }
 
 impl Closed {
@@ -157,17 +258,32 @@ impl Closed {
     /// anything else in it, a later run will not replace the record.
     #[must_use]
     pub fn dir(&self) -> &Path {
-        &self.partial.path
+        &self.dir
     }
 
-    /// Moves the record to its place. An older run there is removed just before.
+    /// Moves the record to its place. An older run there is removed once that is done.
     ///
     /// If only the move fails, the record is kept where it is: [`RecordError::NotMoved`].
-    pub fn publish(mut self) -> Result<(), RecordError> {
-        self.partial.keep = true;
-        folder::move_into_place(&self.partial.path, &self.dir)
-            .map_err(|reason| RecordError::NotMoved { kept: self.partial.path.clone(), reason: Box::new(reason) })
+    pub fn publish(self) -> Result<(), RecordError> {
+        folder::move_into_place(&self.dir, &self.place).map_err(|reason| match self.dir.exists() {
+            true => RecordError::NotMoved { kept: self.dir.clone(), reason: Box::new(reason) },
+            false => reason,
+        })
     }
+}
+
+/// Puts the manifest in its place, whole (`onto_disk`: even after a power cut); gives the file with the lock on it. One that it replaces stays locked, too, as
+/// long as it is open: at no instant can another run take the folder.
+fn put_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, RecordError> {
+    let place = partial.join(MANIFEST);
+    let path = beside(&place, PARTIAL);
+    let refused = |reason| RecordError::write(&path, reason);
+    let mut file = File::create(&path).map_err(refused)?;
+    folder::lock(&file, partial)?;
+    let sync = |file: &File| if onto_disk { file.sync_all() } else { Ok(()) };
+    let written = file.write_all(json.as_bytes()).and_then(|()| sync(&file));
+    written.and_then(|()| std::fs::rename(&path, &place)).map_err(refused)?;
+    Ok(file)
 }
 
 fn table<R: Row>(partial: &Partial) -> Result<TableWriter<R>, RecordError> {
@@ -183,7 +299,7 @@ fn bad_frame(time_us: i64, what: &'static str) -> RecordError {
     RecordError::BadFrame { time_s, what }
 }
 
-/// The folder of an unfinished record, removed when dropped.
+/// The folder of a record that grows, removed when dropped unless there is something to keep in it.
 struct Partial {
     path: PathBuf,
     /// Parents made for it, innermost first.
@@ -192,9 +308,10 @@ struct Partial {
 }
 
 impl Partial {
-    fn make(dir: &Path) -> Result<Self, RecordError> {
-        let (path, made) = folder::make_partial(dir)?;
-        Ok(Self { path, made, keep: false })
+    /// Gives, too, where an unfinished run was set aside.
+    fn make(dir: &Path) -> Result<(Self, Option<PathBuf>), RecordError> {
+        let Growing { path, made, set_aside } = folder::make_partial(dir)?;
+        Ok((Self { path, made, keep: false }, set_aside))
     }
 }
 

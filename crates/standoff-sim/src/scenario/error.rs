@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::locate::Place;
+use crate::text::escaped;
 use crate::traffic::TrafficError;
-use crate::traffic::value::escaped;
 
 /// A scenario that cannot be used; displays one line per problem.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::file::ScenarioFile;
 use super::schema::KEYS;
-use crate::traffic::value::{quoted, shortened};
+use crate::text::{quoted, words};
 
 /// After so many, reading stops: what goes wrong so often is not a scenario with mistakes.
 pub(super) const MISTAKES_MAX: usize = 20;
@@ -46,7 +46,7 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
 
 /// What is wrong with a key, and what may have been meant, from what the library says of it.
 fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>) {
-    let shown = shortened(key, 100);
+    let shown = words(key);
     if what.starts_with("unknown field") && KEYS.number(key).is_none() {
         return (format!("{shown}: there is no such key"), Some(meant(key)));
     }
@@ -65,7 +65,7 @@ fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>
         Some((_, wanted)) if wanted.starts_with("struct ") => (format!("{is}: must be a table"), None),
         Some((_, "a sequence")) => (format!("{is}: must be an array of tables, [[{key}]]"), None),
         Some((_, wanted)) => (format!("{is}: must be {wanted}"), None),
-        None => (format!("{is}: {}", shortened(what, 200)), None),
+        None => (format!("{is}: {}", words(what)), None),
     }
 }
 

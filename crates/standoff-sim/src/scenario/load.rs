@@ -1,7 +1,6 @@
 //! From a scenario's text and what the command line changes about it to its typed form.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -14,7 +13,8 @@ use super::error::{Excerpt, Problem, ScenarioError};
 use super::file::ScenarioFile;
 use super::form::{self, MISTAKES_MAX};
 use super::locate::{Map, place_of};
-use crate::traffic::value::{quoted, shortened};
+use crate::input;
+use crate::text::{quoted, words};
 
 /// Longer files are refused. Ten thousand targets spelt out are 2 MiB.
 const LENGTH_MAX: u64 = 4 << 20;
@@ -185,21 +185,18 @@ fn on_command_line(message: String, text: &Arc<str>) -> Problem {
 
 fn read(name: &str) -> Result<String, ScenarioError> {
     let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
-    let mut bytes = Vec::new();
-    let read = File::open(name).and_then(|file| file.take(LENGTH_MAX + 1).read_to_end(&mut bytes));
-    match read {
-        Ok(_) => {}
+    let bytes = match input::bytes(Path::new(name), LENGTH_MAX) {
+        Ok(bytes) => bytes,
         Err(reason) if reason.kind() == io::ErrorKind::NotFound && Path::new(name).extension().is_none() => {
             let names: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
             let names = names.join(", ");
             return refuse(&format!("no such scenario; built in are {names}; or name a file ({reason})"));
         }
+        Err(reason) if reason.kind() == io::ErrorKind::FileTooLarge => {
+            return refuse(&format!("{reason}; name many targets in a traffic file, see [traffic]"));
+        }
         Err(reason) => return refuse(&format!("cannot be read: {reason}")),
-    }
-    if bytes.len() as u64 > LENGTH_MAX {
-        let most = LENGTH_MAX >> 20;
-        return refuse(&format!("longer than {most} MiB; name many targets in a traffic file, see [traffic]"));
-    }
+    };
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.get(..2).is_some_and(is_half) {
         return refuse("UTF-16 text; a scenario is a TOML file in UTF-8: save it again in that encoding");
     }
@@ -234,7 +231,7 @@ fn parse(origin: &Origin) -> (Table, Vec<Problem>) {
             "string values must be quoted, expected literal string" => {
                 "not a value: a number, true, false, or text in \"quotes\"".to_owned()
             }
-            what => shortened(what, 200),
+            what => words(what),
         };
         let excerpt = Some(Excerpt { text: Arc::clone(&origin.text), span });
         problems.push(Problem { file: origin.label.clone(), place: Some(place), excerpt, message, help: None });
@@ -270,7 +267,7 @@ fn value_of(text: &str) -> Value {
 }
 
 fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    let refuse = |what: &str| Err(format!("{}: {what}", shortened(key, 100)));
+    let refuse = |what: &str| Err(format!("{}: {what}", words(key)));
     let mut parts: Vec<_> = key.split('.').collect();
     let Some(last) = parts.pop().filter(|last| !last.is_empty()) else { return refuse("is not a key") };
     let mut here = table;

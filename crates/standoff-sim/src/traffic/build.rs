@@ -3,9 +3,11 @@
 use standoff::math;
 use std::collections::BTreeMap;
 
-use super::value::{quoted, seconds};
+use super::limit::{MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
+use super::value::seconds;
 use super::vehicle::{Sample, Vehicle};
 use super::{Options, Origin, Traffic};
+use crate::text::quoted;
 
 /// Furthest a sample may be from the origin, m: further off, a plane is no map of the earth.
 const MAX_FROM_ORIGIN: f64 = 1e6;
@@ -17,23 +19,31 @@ const LOWERED: u32 = 5;
 pub(super) struct Builder {
     vehicles: BTreeMap<String, Vec<Sample>>,
     first: Option<Sample>,
+    /// How many more samples may come.
     room: usize,
+    /// How many more vehicles may come.
+    vehicle_room: usize,
+}
+
+impl Default for Builder {
+    fn default() -> Self {
+        Self { vehicles: BTreeMap::new(), first: None, room: MAX_SAMPLES, vehicle_room: MAX_VEHICLES }
+    }
 }
 
 impl Builder {
-    /// For at most `room` samples.
-    pub(super) fn new(room: usize) -> Self {
-        Self { vehicles: BTreeMap::new(), first: None, room }
-    }
-
     /// Adds a sample, and gives the one before it of the same vehicle.
     pub(super) fn add(&mut self, name: &str, sample: Sample) -> Result<Option<Sample>, String> {
         if self.room == 0 {
-            return Err("one sample too many; at most 20 million in a file; cut the file into parts".to_string());
+            return Err(format!("one sample too many; at most {MAX_SAMPLES} in a file; cut the file into parts"));
         }
         self.room -= 1;
         self.first.get_or_insert(sample);
         let Some(samples) = self.vehicles.get_mut(name) else {
+            if self.vehicle_room == 0 {
+                return Err(format!("one vehicle too many; at most {MAX_VEHICLES} in a file; cut the file into parts"));
+            }
+            self.vehicle_room -= 1;
             self.vehicles.insert(name.to_string(), vec![sample]);
             return Ok(None);
         };
@@ -67,6 +77,9 @@ impl Builder {
             Some(gap_s) => (gap_s * 1e6).round() as i64,
             None => default_gap_us(&self.vehicles),
         };
+        for (name, samples) in &self.vehicles {
+            check_speed(name, samples, gap_us)?;
+        }
         let mut vehicles: Vec<Vehicle> =
             self.vehicles.into_iter().map(|(name, samples)| Vehicle::new(name, samples, gap_us)).collect();
         // The map gave them by name, and the sort is stable.
@@ -92,6 +105,24 @@ fn default_gap_us(vehicles: &BTreeMap<String, Vec<Sample>>) -> i64 {
     let middle = steps.len() / 2;
     let (_, &mut median, _) = steps.select_nth_unstable(middle);
     (median * 5 / 2).max(1_000_000)
+}
+
+/// Refuses positions, in metres, between which no vehicle gets; between those that a gap separates it may.
+fn check_speed(name: &str, samples: &[Sample], gap_us: i64) -> Result<(), String> {
+    for pair in samples.windows(2) {
+        let step_us = pair[1].time_us - pair[0].time_us;
+        let distance = math::hypot(pair[1].x - pair[0].x, pair[1].y - pair[0].y);
+        if step_us <= gap_us && distance > MAX_SPEED_M_S * seconds(step_us) {
+            return Err(format!(
+                "vehicle {}: from time = {} s to {} s it goes {distance:.3} m; at most {MAX_SPEED_M_S} m/s; is one of the \
+                 samples wrong, or does the file mix degrees and metres?",
+                quoted(name),
+                seconds(pair[0].time_us),
+                seconds(pair[1].time_us)
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Turns longitude and latitude into metres east and north of `origin`, all on the ellipsoid.
@@ -136,22 +167,25 @@ impl Origin {
 mod tests {
     use super::*;
 
+    const HOUR_US: i64 = 3_600_000_000;
+
     fn sample(time_us: i64, x: f64, y: f64) -> Sample {
         Sample { time_us, x, y, velocity: [0.0; 2] }
     }
 
     fn traffic(samples: &[(&str, i64)], gap_s: Option<f64>) -> Traffic {
-        let mut builder = Builder::new(100);
+        let mut builder = Builder::default();
         for &(name, time_us) in samples {
             builder.add(name, sample(time_us, 0.0, 0.0)).unwrap();
         }
         builder.finish(false, &Options { gap_s, ..Options::default() }).unwrap()
     }
 
+    /// A vehicle with a sample every hour.
     fn degrees(samples: &[(f64, f64)]) -> Result<Traffic, String> {
-        let mut builder = Builder::new(100);
-        for (time_us, &(longitude, latitude)) in (0..).zip(samples) {
-            builder.add("v", sample(time_us, longitude, latitude)).unwrap();
+        let mut builder = Builder::default();
+        for (hour, &(longitude, latitude)) in (0..).zip(samples) {
+            builder.add("v", sample(hour * HOUR_US, longitude, latitude)).unwrap();
         }
         builder.finish(true, &Options::default())
     }
@@ -166,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_times_of_a_vehicle_must_increase() {
-        let mut builder = Builder::new(9);
+        let mut builder = Builder::default();
         let second = sample(2_000_000, 0.0, 0.0);
         assert_eq!(builder.add("v", second), Ok(None));
         assert!(builder.add("v", second).unwrap_err().starts_with("vehicle \"v\": time = 2 s is there twice"));
@@ -176,10 +210,32 @@ mod tests {
     }
 
     #[test]
-    fn there_is_room_for_so_many_samples() {
-        let mut builder = Builder::new(2);
-        assert!(builder.add("a", sample(0, 0.0, 0.0)).is_ok() && builder.add("b", sample(0, 0.0, 0.0)).is_ok());
-        assert!(builder.add("b", sample(1, 0.0, 0.0)).unwrap_err().contains("at most 20 million"));
+    fn there_is_room_for_so_many_samples_and_vehicles() {
+        let at = |time_us| sample(time_us, 0.0, 0.0);
+        let mut builder = Builder { room: 2, ..Builder::default() };
+        assert!(builder.add("a", at(0)).is_ok() && builder.add("b", at(0)).is_ok());
+        assert!(builder.add("b", at(1)).unwrap_err().contains("one sample too many; at most 5000000"));
+        let mut builder = Builder { vehicle_room: 1, ..Builder::default() };
+        assert!(builder.add("a", at(0)).is_ok() && builder.add("a", at(1)).is_ok());
+        assert!(builder.add("b", at(1)).unwrap_err().contains("one vehicle too many; at most 100000"));
+    }
+
+    #[test]
+    fn positions_between_which_no_vehicle_gets_are_refused() {
+        let path = |x: f64, gap_s| {
+            let mut builder = Builder::default();
+            for (time_us, x) in [(0, 11.3), (1_000_000, x)] {
+                builder.add("v", sample(time_us, x, 0.0)).unwrap();
+            }
+            builder.finish(false, &Options { gap_s, ..Options::default() })
+        };
+        assert!(path(10_011.0, None).is_ok());
+        let error = path(685_000.0, None).unwrap_err();
+        assert!(
+            error.starts_with("vehicle \"v\": from time = 0 s to 1 s it goes 684988.700 m; at most 10000 m/s"),
+            "{error}"
+        );
+        assert!(path(685_000.0, Some(0.5)).is_ok(), "nobody saw how it got there");
     }
 
     #[test]
@@ -204,7 +260,7 @@ mod tests {
     fn degrees_become_metres_about_the_first_sample() {
         let traffic = degrees(&[(11.3, 44.5), (11.3, 44.501), (11.301, 44.5)]).unwrap();
         assert_eq!(traffic.origin, Some(Origin { latitude_deg: 44.5, longitude_deg: 11.3 }));
-        let state = |time_us| traffic.vehicles[0].at(time_us).unwrap();
+        let state = |hour| traffic.vehicles[0].at(hour * HOUR_US).unwrap();
         // One degree at 44.5 N: 111 122 m along the meridian, 79 530 m along the parallel (WGS84 radii of curvature).
         assert!(math::hypot(state(0).x_m, state(0).y_m) < 1e-6);
         assert!((state(1).y_m - 111.122).abs() < 0.01 && state(1).x_m.abs() < 1e-3, "{:?}", state(1));
@@ -215,8 +271,8 @@ mod tests {
     fn metres_become_the_degrees_that_they_were() {
         let file = [(11.3, 44.5), (11.31, 44.47), (10.1, 45.2), (12.5, 43.8)];
         let traffic = degrees(&file).unwrap();
-        for ((longitude, latitude), time_us) in file.into_iter().zip(0..) {
-            let state = traffic.vehicles[0].at(time_us).unwrap();
+        for ((longitude, latitude), hour) in file.into_iter().zip(0..) {
+            let state = traffic.vehicles[0].at(hour * HOUR_US).unwrap();
             let [lat, lon] = traffic.origin.unwrap().degrees_at(state.x_m, state.y_m);
             // 1e-8 degrees are about a millimetre.
             assert!((lat - latitude).abs() < 1e-8 && (lon - longitude).abs() < 1e-8, "{lat} {lon}");
@@ -226,7 +282,7 @@ mod tests {
     #[test]
     fn the_date_line_is_no_edge() {
         let traffic = degrees(&[(179.9999, 0.0), (-179.9999, 0.0)]).unwrap();
-        assert!((traffic.vehicles[0].at(1).unwrap().x_m - 22.264).abs() < 0.01);
+        assert!((traffic.vehicles[0].at(HOUR_US).unwrap().x_m - 22.264).abs() < 0.01);
     }
 
     #[test]
@@ -237,6 +293,6 @@ mod tests {
 
     #[test]
     fn no_vehicle_is_an_error() {
-        assert!(Builder::new(1).finish(false, &Options::default()).unwrap_err().contains("no vehicles"));
+        assert!(Builder::default().finish(false, &Options::default()).unwrap_err().contains("no vehicles"));
     }
 }

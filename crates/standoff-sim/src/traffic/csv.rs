@@ -6,9 +6,10 @@ use std::io::Read;
 
 use super::build::Builder;
 use super::lines::{Fault, Lines};
-use super::value::{self, Quantity, quoted};
+use super::value::{self, Quantity};
 use super::vehicle::Sample;
-use super::{Coordinates, MAX_SAMPLES, Options, Traffic};
+use super::{Coordinates, Options, Traffic};
+use crate::text::quoted;
 use table::Table;
 
 const TIME: &[&str] = &["t_s", "time_s", "t", "time", "timestep_time"];
@@ -20,7 +21,7 @@ const LON: &[&str] = &["lon_deg", "lon", "longitude"];
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
     let mut table = Table::new(lines);
-    let mut builder = Builder::new(MAX_SAMPLES);
+    let mut builder = Builder::default();
     if !table.next_row()? {
         return Err(Fault::whole("holds only comments; must be SUMO FCD XML or CSV tracks".to_string()));
     }
@@ -83,6 +84,13 @@ impl Columns {
             table.fault(0, message)
         };
         let need = |what, accepted| column(accepted).ok_or_else(|| missing(what, accepted));
+        let once = |column: &Column| {
+            let again = (column.index + 1..header.len()).find(|&at| header[at].eq_ignore_ascii_case(&column.name));
+            again.map_or(Ok(()), |at| {
+                let message = format!("column {} is there twice; once; rename or remove one", quoted(&column.name));
+                Err(table.fault(at, message))
+            })
+        };
         let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
         let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
         let degrees = || Some((Coordinates::Degrees, column(LON)?, column(LAT)?));
@@ -92,6 +100,7 @@ impl Columns {
             Coordinates::Degrees => (degrees(), [LAT, LON].concat()),
         };
         let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
+        [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
         Ok(Self { count: header.len(), time, vehicle, x, y, coordinates })
     }
 }
@@ -168,6 +177,13 @@ mod tests {
         ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
         assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, y_m,"), "{metres}");
+    }
+
+    #[test]
+    fn a_column_that_is_there_twice_is_refused() {
+        let expected = "f.csv:1:8: column \"x\" is there twice";
+        assert!(error("t,id,x,X,y\n0,v,1,2,3").starts_with(expected), "{}", error("t,id,x,X,y\n0,v,1,2,3"));
+        assert!(read("t,id,x,y,speed,speed\n0,v,1,2,3,4").is_ok(), "one that is not read may be");
     }
 
     #[test]

@@ -10,15 +10,14 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader};
 
 use super::build::Builder;
+use super::limit::MAX_DEPTH;
 use super::lines::{Fault, Lines, Position, input_fault};
-use super::value::{self, ANGLE, Quantity, SPEED, quoted};
+use super::value::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-use super::{Coordinates, MAX_SAMPLES, Options, Traffic};
+use super::{Coordinates, Options, Traffic};
+use crate::text::quoted;
 use attributes::{Found, attributes, missing, not_xml};
 use motion::Motion;
-
-/// SUMO's own files are three deep; the XML reader remembers the name of every element that is open.
-const MAX_DEPTH: usize = 50;
 
 /// What SUMO writes into the header comment of a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
@@ -83,7 +82,7 @@ struct Fcd {
 impl Fcd {
     fn new(coordinates: Coordinates) -> Self {
         Self {
-            builder: Builder::new(MAX_SAMPLES),
+            builder: Builder::default(),
             depth: 0,
             in_root: false,
             last_us: None,

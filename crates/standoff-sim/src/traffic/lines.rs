@@ -3,8 +3,7 @@
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 
-/// Longest XML element or CSV row, bytes.
-pub(super) const MAX_PIECE: usize = 1 << 20;
+use super::limit::MAX_PIECE;
 
 /// Place in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +15,8 @@ pub struct Position {
 }
 
 impl Position {
+    pub(super) const START: Self = Self { line: 1, column: 1 };
+
     /// The place behind `text`, which begins here.
     pub(super) fn after(mut self, text: &[u8]) -> Self {
         for &byte in text {
@@ -37,7 +38,8 @@ impl fmt::Display for Position {
 }
 
 /// What is wrong with a file whose name is known only further out.
-#[derive(Debug)]
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{message}")]
 pub(super) struct Fault {
     pub(super) position: Option<Position>,
     pub(super) message: String,
@@ -53,8 +55,17 @@ impl Fault {
     }
 }
 
-/// Says in words why the bytes could not be had.
+impl From<Fault> for io::Error {
+    fn from(fault: Fault) -> Self {
+        Self::other(fault)
+    }
+}
+
+/// Says in words why the bytes could not be had; `position` is where, if the error does not know better.
 pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Fault {
+    if let Some(fault) = error.get_ref().and_then(|inner| inner.downcast_ref::<Fault>()) {
+        return Fault { position: fault.position.or(position), message: fault.message.clone() };
+    }
     let message = match error.kind() {
         io::ErrorKind::UnexpectedEof => {
             "the gzip data end too early; the file is cut off: copy or make it again".into()
@@ -62,7 +73,6 @@ pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Faul
         io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {
             format!("the gzip data are damaged ({error}); copy or make the file again")
         }
-        io::ErrorKind::FileTooLarge => error.to_string(),
         _ => format!("cannot be read: {error}"),
     };
     Fault { position, message }
@@ -72,6 +82,8 @@ pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Faul
 pub(super) struct Lines<R> {
     inner: BufReader<R>,
     position: Position,
+    /// Where the piece began.
+    begin: Position,
     left: usize,
 }
 
@@ -79,7 +91,8 @@ impl<R: Read> Lines<R> {
     pub(super) fn new(reader: R) -> Self {
         Self {
             inner: BufReader::with_capacity(1 << 16, reader),
-            position: Position { line: 1, column: 1 },
+            position: Position::START,
+            begin: Position::START,
             left: MAX_PIECE,
         }
     }
@@ -87,6 +100,7 @@ impl<R: Read> Lines<R> {
     /// Begins a piece and tells where.
     pub(super) fn begin(&mut self) -> Position {
         self.left = MAX_PIECE;
+        self.begin = self.position;
         self.position
     }
 
@@ -98,7 +112,7 @@ impl<R: Read> Lines<R> {
     /// The next byte that is not blank, without taking it; `None` at the end.
     pub(super) fn first_byte(&mut self) -> Result<Option<u8>, Fault> {
         loop {
-            let here = self.begin();
+            let here = self.position;
             let text = self.fill_buf().map_err(|error| input_fault(Some(here), &error))?;
             let Some(&byte) = text.first() else {
                 return Ok(None);
@@ -125,7 +139,7 @@ impl<R: Read> BufRead for Lines<R> {
         let text = self.inner.fill_buf()?;
         if self.left == 0 && !text.is_empty() {
             let message = "one XML element or CSV row is too long; at most 1 MiB; is this a traffic file?";
-            return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+            return Err(Fault::at(self.begin, message.to_string()).into());
         }
         Ok(&text[..text.len().min(self.left)])
     }
@@ -145,7 +159,7 @@ mod tests {
     #[test]
     fn lines_and_characters_are_counted() {
         let mut lines = Lines::new(&b"a\r\n\xC3\xA9xy"[..]);
-        assert_eq!(lines.begin(), Position { line: 1, column: 1 });
+        assert_eq!(lines.begin(), Position::START);
         lines.read_exact(&mut [0; 3]).unwrap();
         assert_eq!(lines.position(), Position { line: 2, column: 1 });
         lines.read_exact(&mut [0; 3]).unwrap();
@@ -166,6 +180,8 @@ mod tests {
         assert_eq!(Lines::new(&text[..]).read_to_end(&mut Vec::new()).unwrap(), MAX_PIECE);
         let longer = vec![b'x'; MAX_PIECE + 1];
         let error = Lines::new(&longer[..]).read_to_end(&mut Vec::new()).unwrap_err();
-        assert!(input_fault(None, &error).message.contains("at most 1 MiB"));
+        let fault = input_fault(None, &error);
+        assert!(fault.message.contains("at most 1 MiB"));
+        assert_eq!(fault.position, Some(Position::START), "where it begins");
     }
 }

@@ -1,6 +1,8 @@
 //! Checks the single values of traffic files; what is wrong is said in words.
 
 use super::Coordinates;
+use super::limit::MAX_SPEED_M_S;
+use crate::text::quoted;
 
 /// A kind of number: what it may be and what to do if it is not.
 pub(super) struct Quantity {
@@ -26,7 +28,7 @@ const LONGITUDE: Quantity =
     Quantity { low: -180.0, high: 180.0, unit: "degrees east", advice: "if the file is in metres, choose metres" };
 /// Forward speed.
 pub(super) const SPEED: Quantity =
-    Quantity { low: 0.0, high: 1e4, unit: "m/s", advice: "leave speed out to have it from the positions" };
+    Quantity { low: 0.0, high: MAX_SPEED_M_S, unit: "m/s", advice: "leave speed out to have it from the positions" };
 /// Heading.
 pub(super) const ANGLE: Quantity = Quantity {
     low: -360.0,
@@ -80,24 +82,6 @@ pub(super) fn check_name(key: &str, name: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("{key} = {} has {length} characters; 1 to 200; give the vehicle a shorter name", quoted(name)))
-}
-
-/// Text from a file as messages show it: in quotes, on one line, and not too long.
-pub(crate) fn quoted(text: &str) -> String {
-    format!("\"{}\"", shortened(text, 60))
-}
-
-/// At most the first `most` characters of a text, on one line.
-pub(crate) fn shortened(text: &str, most: usize) -> String {
-    match text.char_indices().nth(most) {
-        Some((end, _)) => format!("{}...", escaped(&text[..end])),
-        None => escaped(text),
-    }
-}
-
-/// Text without characters that could break the line or upset a terminal.
-pub(crate) fn escaped(text: &str) -> String {
-    text.escape_debug().to_string()
 }
 
 #[cfg(test)]
@@ -155,11 +139,5 @@ mod tests {
         assert!(check_name("id", "").is_err());
         let message = check_name("id", &"x".repeat(201)).unwrap_err();
         assert!(message.contains("has 201 characters; 1 to 200") && message.len() < 150, "{message}");
-    }
-
-    #[test]
-    fn text_from_files_is_shown_on_one_line() {
-        assert_eq!(quoted("a\n\u{1b}[31m\"\u{202e}"), r#""a\n\u{1b}[31m\"\u{202e}""#);
-        assert_eq!(quoted(&"é".repeat(61)), format!("\"{}...\"", "é".repeat(60)));
     }
 }

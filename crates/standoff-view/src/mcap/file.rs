@@ -47,13 +47,25 @@ impl Partial {
         McapError::Write { path: self.path.clone(), reason }
     }
 
-    /// Moves the whole file to its place.
-    pub(super) fn publish(mut self, file: BufWriter<File>) -> Result<(), McapError> {
+    /// Leaves the file where it is.
+    pub(super) fn leave(mut self, file: BufWriter<File>) -> Result<PathBuf, McapError> {
+        self.sync(file)?;
+        Ok(self.path.clone())
+    }
+
+    /// Sees the whole file onto the disk, and keeps it; gives it, because it holds the lock.
+    fn sync(&mut self, file: BufWriter<File>) -> Result<File, McapError> {
         let written = file.into_inner().map_err(io::IntoInnerError::into_error);
         let synced = written.and_then(|file| file.sync_all().map(|()| file));
-        // Open until it is moved, because it holds the lock.
-        let _file = synced.map_err(|reason| self.failed(reason.into()))?;
+        let file = synced.map_err(|reason| self.failed(reason.into()))?;
         self.keep = true;
+        Ok(file)
+    }
+
+    /// Moves the whole file to its place.
+    pub(super) fn publish(mut self, file: BufWriter<File>) -> Result<(), McapError> {
+        // Open until it is moved.
+        let _file = self.sync(file)?;
         let moved = check_replaceable(&self.place).map_err(io::Error::other);
         moved
             .and_then(|()| fs::rename(&self.path, &self.place))

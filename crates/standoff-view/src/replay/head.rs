@@ -33,6 +33,9 @@ pub struct Head {
     pub stride: usize,
     /// It is being flown: the page shows the newest instant.
     pub live: bool,
+    /// It was ended before the mission was over.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub unfinished: bool,
 }
 
 /// A line of the table of outcomes.
@@ -67,6 +70,7 @@ impl Head {
             outcome: Vec::new(),
             stride: 1,
             live: false,
+            unfinished: manifest.unfinished,
         }
     }
 

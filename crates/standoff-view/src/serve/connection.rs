@@ -12,7 +12,8 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Request, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpListener;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::time::{sleep, timeout};
 use tokio_tungstenite::tungstenite::handshake::server::create_response;
@@ -31,7 +32,7 @@ const LEAST_BUFFER_BYTES: usize = 8192;
 const RETRY: Duration = Duration::from_millis(100);
 
 /// What all connections share.
-struct House {
+pub(super) struct House {
     site: Arc<dyn Site>,
     address: SocketAddr,
     limits: Limits,
@@ -42,6 +43,31 @@ struct House {
     stopped: watch::Receiver<()>,
 }
 
+impl House {
+    pub(super) fn new(
+        site: Arc<dyn Site>,
+        address: SocketAddr,
+        limits: Limits,
+        stopped: watch::Receiver<()>,
+    ) -> Arc<Self> {
+        let places = |count| Arc::new(Semaphore::new(count));
+        Arc::new(Self {
+            site,
+            address,
+            connections: places(limits.connections),
+            web_sockets: places(limits.web_sockets),
+            calls: places(limits.calls),
+            limits,
+            stopped,
+        })
+    }
+
+    /// A place for a connection, as soon as there is one.
+    pub(super) async fn place(&self) -> OwnedSemaphorePermit {
+        self.connections.clone().acquire_owned().await.expect(NEVER_CLOSED)
+    }
+}
+
 /// Serves until `stopped`, then until all connections have ended or the time for that is over.
 pub(super) async fn serve(
     listener: TcpListener,
@@ -50,16 +76,7 @@ pub(super) async fn serve(
     limits: Limits,
     mut stopped: watch::Receiver<()>,
 ) {
-    let places = |count| Arc::new(Semaphore::new(count));
-    let house = Arc::new(House {
-        site,
-        address,
-        connections: places(limits.connections),
-        web_sockets: places(limits.web_sockets),
-        calls: places(limits.calls),
-        limits,
-        stopped: stopped.clone(),
-    });
+    let house = House::new(site, address, limits, stopped.clone());
     tokio::select! {
         () = accept(&listener, &house) => {}
         _ = stopped.changed() => {}
@@ -73,9 +90,13 @@ pub(super) async fn serve(
 /// Takes up connections as there are places for them.
 async fn accept(listener: &TcpListener, house: &Arc<House>) {
     loop {
-        let place = house.connections.clone().acquire_owned().await.expect(NEVER_CLOSED);
+        let place = house.place().await;
         match listener.accept().await {
-            Ok((stream, _)) => drop(tokio::spawn(converse(stream, house.clone(), place))),
+            Ok((stream, _)) => {
+                // Without it, a small answer may wait for the last one's acknowledgement.
+                let _ = stream.set_nodelay(true);
+                tokio::spawn(converse(stream, house.clone(), place));
+            }
             // One that broke before it was taken up, or no file handle left: others end, and then there are some.
             Err(_) => sleep(RETRY).await,
         }
@@ -83,9 +104,11 @@ async fn accept(listener: &TcpListener, house: &Arc<House>) {
 }
 
 /// Answers the requests of a connection, one after the other.
-async fn converse(stream: TcpStream, house: Arc<House>, place: OwnedSemaphorePermit) {
-    // Without it, a small answer may wait for the last one's acknowledgement.
-    let _ = stream.set_nodelay(true);
+pub(super) async fn converse<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
+    stream: S,
+    house: Arc<House>,
+    place: OwnedSemaphorePermit,
+) {
     let stream = TokioIo::new(StallGuard::new(stream, house.limits.stall_time));
     let mut stopped = house.stopped.clone();
     let place = Arc::new(place);

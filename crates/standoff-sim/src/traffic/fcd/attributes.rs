@@ -6,7 +6,7 @@ use quick_xml::events::BytesStart;
 use quick_xml::{Error, XmlVersion};
 
 use super::super::lines::{Fault, Position};
-use super::super::value::shortened;
+use crate::text;
 
 /// An attribute of an element.
 pub(super) struct Found<'a> {
@@ -53,6 +53,6 @@ pub(super) fn missing(start: Position, who: &str, key: &str) -> Fault {
 pub(super) fn not_xml(start: Position, error: &Error) -> Fault {
     Fault::at(
         start,
-        format!("not well-formed XML: {}; cut off or damaged? make the file again", shortened(&error.to_string(), 200)),
+        format!("not well-formed XML: {}; cut off or damaged? make the file again", text::words(&error.to_string())),
     )
 }

@@ -1,0 +1,326 @@
+//! Files that mean harm, or have come to it, through the command itself: each is refused with one message that says where
+//! and what to do, with exit status 2, within 256 MiB of memory and 5 s of processor time, and leaves nothing behind.
+
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use tempfile::TempDir;
+
+/// Memory in KiB (of addresses, which is more than of use), processor time in s.
+const LIMITS: &str = "ulimit -v 262144; ulimit -t 5; exec \"$0\" \"$@\"";
+
+const XML: &str = "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"v\" x=\"3\" y=\"4\"/>\n</timestep></fcd-export>";
+const CSV: &str = "t,id,x,y\n1,v,3,4\n2,v,4,4\n";
+
+fn standoff(folder: &Path, args: &[&str]) -> Output {
+    let mut shell = Command::new("sh");
+    shell.current_dir(folder).args(["-c", LIMITS, env!("CARGO_BIN_EXE_standoff")]).args(args).output().unwrap()
+}
+
+fn names(folder: &Path) -> Vec<OsString> {
+    let mut names: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    names
+}
+
+/// Expects one message that contains all of `expected`, fit for a terminal.
+#[track_caller]
+fn check_refused(folder: &Path, args: &[&str], expected: &[&str]) {
+    let before = names(folder);
+    let output = standoff(folder, args);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {:?} {message}", output.status);
+    assert!(output.stdout.is_empty(), "{args:?}");
+    let line = message.strip_suffix('\n').unwrap();
+    assert!(line.starts_with("error: ") && line.chars().count() <= 2000, "{args:?}: {message}");
+    assert!(!line.chars().any(|c| c.is_control() || c == '\u{202e}'), "{args:?}: {message:?}");
+    for expected in expected {
+        assert!(line.contains(expected), "{args:?}: {message}");
+    }
+    assert!(!line.contains("panicked"), "{args:?}: {message}");
+    assert_eq!(names(folder), before, "{args:?} left something behind");
+}
+
+#[track_caller]
+fn check_traffic(bytes: &[u8], expected: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("f"), bytes).unwrap();
+    check_refused(folder.path(), &["run", "--traffic", "f"], &[expected]);
+}
+
+fn gzip(head: &str, unit: &str, bytes: usize) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(head.as_bytes()).unwrap();
+    let piece = unit.repeat((1 << 20) / unit.len());
+    (0..bytes / piece.len()).for_each(|_| encoder.write_all(piece.as_bytes()).unwrap());
+    encoder.finish().unwrap()
+}
+
+fn utf_16(text: &str) -> Vec<u8> {
+    text.encode_utf16().flat_map(u16::to_le_bytes).collect()
+}
+
+#[test]
+fn traffic_that_is_no_traffic_is_refused() {
+    let inside =
+        |vehicle: &str| format!("<fcd-export>\n<timestep time=\"1\">\n{vehicle}</timestep></fcd-export>").into_bytes();
+    let vehicle = |x: &str| inside(&format!("<vehicle id=\"v\" x=\"{x}\" y=\"4\"/>\n"));
+    let twice = |time: &str| {
+        format!("<fcd-export><timestep time=\"1\"/>\n<timestep time=\"{time}\"/></fcd-export>").into_bytes()
+    };
+    for (bytes, expected) in [
+        (vec![], "f: is empty; must be SUMO FCD XML or CSV tracks"),
+        (b" \r\n ".to_vec(), "f: holds no text"),
+        (b"t,id,x,y\n".to_vec(), "f: holds no vehicles; at least one; was the right file chosen?"),
+        (b"<fcd-export/>".to_vec(), "f: holds no vehicles"),
+        (vec![0; 1000], "f:1:1: a NUL byte"),
+        (b"t,id,x,y\n1,v\0,3,4\n".to_vec(), "f:2:4: a NUL byte"),
+        (utf_16(XML), "f:1:1: is UTF-16 text; must be UTF-8; save"),
+        (utf_16(&format!("\u{feff}{CSV}")), "f:1:1: is UTF-16 text"),
+        (b"t,id,x,y\n1,\xff,3,4\n".to_vec(), "f:2:3: not text; must be UTF-8"),
+        (XML.as_bytes()[..60].to_vec(), "f:3:1: not well-formed XML"),
+        (
+            vehicle("nan"),
+            r#"f:3:17: vehicle "v": x = "nan" is not finite; -100000000 to 100000000 m, or degrees; remove"#,
+        ),
+        (vehicle("1e999"), r#"x = "1e999" is not finite"#),
+        (vehicle("-inf"), r#"x = "-inf" is not finite"#),
+        (vehicle("1e9"), r#"f:3:17: vehicle "v": x = "1e9" is out of range"#),
+        (inside("<vehicle id=\"v\" x=\"1\" x=\"2\" y=\"3\"/>"), "f:3:1: not well-formed XML"),
+        (twice("1"), "f:2:11: time = 1 s is not after the time step before it (1 s); must increase"),
+        (twice("0.5"), "f:2:11: time = 0.5 s is not after"),
+        (b"t,id,x,y\n2,v,0,0\n1,v,0,0\n".to_vec(), "f:3:1: vehicle \"v\": time = 1 s comes after 2 s"),
+        (b"t,id,x,x,y\n0,v,0,0,0\n".to_vec(), "f:1:8: column \"x\" is there twice"),
+        (b"t,id,x,lat\n0,v,0,0\n".to_vec(), "f:1:1: no column for both coordinates"),
+        (b"t,id,x,y\n0,v,11.3,44.5\n1,v,685000,4930000\n".to_vec(), "degrees and metres"),
+        (
+            inside("<vehicle id=\"\u{1b}]0;x\u{7}\u{202e}\" x=\"?\" y=\"1\"/>"),
+            r#"vehicle "\u{1b}]0;x\u{7}\u{202e}": x = "?""#,
+        ),
+        (
+            inside(&format!("<vehicle id=\"{}\" x=\"1\" y=\"1\"/>", "n".repeat(10_000))),
+            "has 10000 characters; 1 to 200",
+        ),
+        (format!("t,id,x,y\n0,{},0,0", "n".repeat(10_000)).into_bytes(), "f:2:3: id = "),
+    ] {
+        check_traffic(&bytes, expected);
+    }
+}
+
+#[test]
+fn traffic_that_is_too_much_is_refused() {
+    let attribute = format!("<fcd-export>\n<timestep time=\"{}\"/></fcd-export>", "1".repeat(5_000_000));
+    for (bytes, expected) in [
+        (attribute.as_bytes().to_vec(), "f:2:1: one XML element or CSV row is too long; at most 1 MiB"),
+        (format!("<fcd-export>{}", "<a>".repeat(100_000)).into_bytes(), "nested too deeply; at most 50"),
+        (format!("<fcd-export {}/>", "a=\"\" ".repeat(150_000)).into_bytes(), "holds no vehicles"),
+        (format!("{CSV}\"{}", "x".repeat(5_000_000)).into_bytes(), "f:4:1: one XML element or CSV row is too long"),
+        (format!("t,id,x,y{}\n", ",".repeat(900_000)).into_bytes(), "f: holds no vehicles"),
+        (format!("t,id,x,y\n{}\n", ",".repeat(900_000)).into_bytes(), "f:2:1: fields = 900001; 4"),
+        (" ".repeat(5_000_000).into_bytes(), "f:1:1: one XML element or CSV row is too long"),
+    ] {
+        check_traffic(&bytes, expected);
+    }
+}
+
+#[test]
+fn gzip_bombs_are_refused() {
+    for (head, unit, expected) in [
+        ("", "\0", "f:1:1: a NUL byte"),
+        ("", " ", "f:1:1: one XML element or CSV row is too long"),
+        ("<fcd-export>\n<!--", "x", "f:2:1: one XML element or CSV row is too long"),
+        ("<fcd-export>\n<a b=\"", "x", "f:2:1: one XML element or CSV row is too long"),
+        ("<fcd-export>\n", "<a/>\n", "unpacks to more than 100 times its size"),
+        ("<fcd-export>\n", "<a>", "nested too deeply"),
+        (CSV, "x", "f:4:1: one XML element or CSV row is too long"),
+        (CSV, "#\n", "unpacks to more than 100 times its size"),
+    ] {
+        check_traffic(&gzip(head, unit, 100 << 20), expected);
+    }
+}
+
+#[test]
+fn gzip_that_breaks_off_is_refused() {
+    let whole = gzip(CSV, "#\n", 1 << 20);
+    for length in [2, 10, 18, whole.len() / 2, whole.len() - 1] {
+        check_traffic(&whole[..length], "the gzip data end too early; the file is cut off");
+    }
+}
+
+/// Sparse files: nobody has room for them.
+#[test]
+fn huge_files_are_refused_by_their_size() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, head) in [("f.xml", XML), ("f.gz", "\u{1f}\u{8b}"), ("f.csv", CSV)] {
+        let mut file = File::create(folder.path().join(name)).unwrap();
+        file.write_all(head.as_bytes()).unwrap();
+        file.set_len(1_000_000_000).unwrap();
+        let expected = format!("{name}: cannot be read: it has 954 MiB; at most 512 MiB");
+        check_refused(folder.path(), &["run", "--traffic", name], &[&expected]);
+    }
+}
+
+#[test]
+fn what_is_no_file_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    for name in ["pipe", "/dev/zero", "/dev/full"] {
+        check_refused(folder.path(), &["run", "--traffic", name], &[name, "it is a pipe or a device, not a file"]);
+    }
+    check_refused(folder.path(), &["run", "--traffic", "."], &["it is a folder, not a file"]);
+}
+
+/// What a traffic file holds may be hostile and well-formed at once: it flies, and the terminal is safe.
+#[test]
+fn hostile_names_fly_and_are_shown_escaped() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "../x<img onerror=alert(1)>\u{1b}[2J\u{202e}";
+    let mut csv = "t,id,x,y\n".to_owned();
+    (0..20).for_each(|second| csv += &format!("{second},{name},{},0\n", 10 * second));
+    fs::write(folder.path().join("f.csv"), csv).unwrap();
+    let output = standoff_unlimited(folder.path(), &["run", "--traffic", "f.csv", "--uavs", "1", "--out", "o"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert!(!told.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{told:?}");
+    assert_eq!(names(folder.path()), ["f.csv", "o"]);
+}
+
+fn standoff_unlimited(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
+}
+
+/// A folder with a record, `run`, and the results of a batch, `batch`.
+static GOOD: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    for args in [
+        &["run", "tour/01-one-uav", "--out", "run"][..],
+        &["monte-carlo", "tour/01-one-uav", "--runs", "3", "--out", "batch"],
+    ] {
+        assert!(standoff_unlimited(folder.path(), args).status.success());
+    }
+    folder
+});
+
+/// A folder with a copy of the record or the batch in which `change` has been at work.
+fn damaged(which: &str, change: impl FnOnce(&Path)) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join(which);
+    fs::create_dir(&copy).unwrap();
+    for name in names(&GOOD.path().join(which)) {
+        fs::copy(GOOD.path().join(which).join(&name), copy.join(&name)).unwrap();
+    }
+    change(&copy);
+    folder
+}
+
+#[track_caller]
+fn check_record(name: &str, bytes: &[u8], expected: &str) {
+    let folder = damaged("run", |run| fs::write(run.join(name), bytes).unwrap());
+    check_refused(folder.path(), &["show", "run"], &[&format!("run/{name}"), expected]);
+}
+
+#[test]
+fn a_manifest_that_is_none_is_refused() {
+    let good = fs::read_to_string(GOOD.path().join("run/run.json")).unwrap();
+    let with = |old: &str, new: &str| good.replacen(old, new, 1).into_bytes();
+    for (bytes, expected) in [
+        (vec![], "EOF while parsing a value at line 1 column 0"),
+        (b"[".repeat(100_000), "it has 98 KiB; at most 64 KiB"),
+        (b"[".repeat(10_000), "damaged"),
+        (b"{\"format\":".repeat(5_000), "damaged"),
+        (vec![0; 100], "damaged"),
+        (utf_16(&good), "damaged: key must be a string at line 1 column 2"),
+        (with("\"seed\": 1", "\"seed\": 1e400"), "out of range at line"),
+        (with("\"seed\": 1", "\"seed\": -1"), "invalid value"),
+        (with("\"seed\": 1", "\"seed\": \"\\u001b[2J\""), "invalid type"),
+        (with("\"seed\": 1", "\"\\u001b[2J\": 1"), "unknown field"),
+        (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; 0e0 to 1e9"),
+        (with("\"format\": 3", "\"format\": 99"), "has record format 99"),
+        (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
+    ] {
+        check_record("run.json", &bytes, expected);
+    }
+}
+
+#[test]
+fn tables_that_are_none_are_refused() {
+    let tracks = fs::read(GOOD.path().join("run/tracks.parquet")).unwrap();
+    let uavs = fs::read(GOOD.path().join("run/uavs.parquet")).unwrap();
+    for length in [0, 3, 100, tracks.len() / 2, tracks.len() - 1] {
+        check_record("tracks.parquet", &tracks[..length], "damaged");
+    }
+    check_record("tracks.parquet", &uavs, "column target is missing");
+    check_record("events.parquet", &vec![b'x'; 100_000], "it does not end as a Parquet file");
+    let mut long_footer = tracks.clone();
+    let at = long_footer.len() - 8;
+    long_footer[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+    check_record("tracks.parquet", &long_footer, "it does not end as a Parquet file");
+    let folder = damaged("run", |run| File::create(run.join("uavs.parquet")).unwrap().set_len(1_000_000_000).unwrap());
+    check_refused(folder.path(), &["show", "run"], &["run/uavs.parquet", "does not end as a Parquet file"]);
+}
+
+#[test]
+fn pipes_and_giants_in_a_record_are_refused() {
+    for name in ["run.json", "scenario.toml", "uavs.parquet", "targets.parquet"] {
+        let folder = damaged("run", |run| {
+            fs::remove_file(run.join(name)).unwrap();
+            assert!(Command::new("mkfifo").arg(run.join(name)).status().unwrap().success());
+        });
+        check_refused(folder.path(), &["show", "run"], &[name, "it is a pipe or a device, not a file"]);
+    }
+    for name in ["run.json", "scenario.toml"] {
+        let folder = damaged("run", |run| File::create(run.join(name)).unwrap().set_len(1_000_000_000).unwrap());
+        check_refused(folder.path(), &["show", "run"], &[name, "it has 954 MiB; at most"]);
+    }
+}
+
+#[test]
+fn results_that_are_none_are_refused() {
+    let good = fs::read_to_string(GOOD.path().join("batch/monte-carlo.json")).unwrap();
+    let with = |old: &str, new: &str| good.replacen(old, new, 1).into_bytes();
+    for (name, bytes, expected) in [
+        ("monte-carlo.json", vec![], "EOF"),
+        ("monte-carlo.json", b"[".repeat(100_000), "damaged"),
+        ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 18446744073709551615"), "the last seed must be at most"),
+        ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 1000000000000"), "too many"),
+        ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 3, \"shard\": {\"index\": 0, \"of\": 0}"), "must be I/N"),
+        ("monte-carlo.json", with("\"metrics\": [", "\"metrics\": [\"\\u001b[2J\","), "must be small letters"),
+        ("monte-carlo.json", with("\"format\": 1", "\"format\": 99"), "has format 99"),
+        ("runs.parquet", vec![b'x'; 1000], "it was changed since it was written"),
+    ] {
+        let folder = damaged("batch", |batch| fs::write(batch.join(name), bytes).unwrap());
+        check_refused(folder.path(), &["compare", "batch", "batch"], &[&format!("batch/{name}"), expected]);
+    }
+    for name in ["monte-carlo.json", "runs.parquet"] {
+        let folder = damaged("batch", |batch| File::create(batch.join(name)).unwrap().set_len(1_000_000_000).unwrap());
+        check_refused(folder.path(), &["compare", "batch", "batch"], &[name]);
+    }
+}
+
+#[test]
+fn journals_that_are_none_are_refused_and_kept() {
+    let again = ["monte-carlo", "tour/01-one-uav", "--runs", "3", "--out", "batch"];
+    let preamble = |length: u32| {
+        let mut head = b"standoff journal".to_vec();
+        head.extend(length.to_le_bytes());
+        head.extend([0; 4]);
+        head
+    };
+    for bytes in [vec![b'x'; 1000], vec![0; 100], [preamble(u32::MAX), vec![0; 100]].concat()] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("batch")).unwrap();
+        let journal = folder.path().join("batch/monte-carlo.journal");
+        fs::write(&journal, &bytes).unwrap();
+        check_refused(folder.path(), &again, &["batch/monte-carlo.journal is damaged", "remove it"]);
+        assert_eq!(fs::read(&journal).unwrap(), bytes);
+    }
+}

@@ -1,0 +1,237 @@
+//! Runs that do not come to their end: killed, interrupted, out of room. What is left is whole, or says that it is not and
+//! can be read; nothing older is lost before the new is whole.
+
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::fs;
+use std::io::Read as _;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// The same, flown so slowly on any machine that there are checkpoints on the way.
+const SLOW: [&str; 6] = ["run", "tour/02-two-uavs", "--view", "--no-open", "--rate=30", "--out"];
+/// The length of its mission, s.
+const SLOW_S: f64 = 150.0;
+/// A run of some seconds at full speed.
+const LONG: [&str; 7] = ["run", "paper/table-2-pair", "--set", "duration_s=20000", "--metrics", "nis", "--out"];
+/// A run of the fraction of a second.
+const SHORT: [&str; 3] = ["run", "tour/02-two-uavs", "--out"];
+
+fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    command.current_dir(folder).args(args);
+    command
+}
+
+fn standoff(folder: &Path, args: &[&str]) -> Output {
+    command(folder, args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    names(a) == names(b)
+        && names(a).iter().all(|name| fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap())
+}
+
+/// How far an unfinished run tells: by `standoff show`, in three ways.
+fn told_until_s(folder: &Path, dir: &str, duration_s: f64) -> f64 {
+    let shown = standoff(folder, &["show", dir, "--json"]);
+    let message = text(&shown.stderr);
+    assert!(shown.status.success(), "{message}");
+    let told: Value = serde_json::from_slice(&shown.stdout).unwrap();
+    let until_s = told["unfinished_after_s"].as_f64().unwrap();
+    assert_eq!(told["duration_s"].as_f64(), Some(duration_s));
+    assert_eq!(message, format!("note: this run is unfinished: it tells up to {until_s} s of {duration_s} s\n"));
+    let table = text(&standoff(folder, &["show", dir]).stdout);
+    let line = table.lines().next().unwrap();
+    assert!(line.ends_with(&format!("{duration_s} s, unfinished after {until_s} s")), "{line}");
+    until_s
+}
+
+/// A small random number generator: any will do.
+fn random(state: &mut u64) -> f64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 33) as f64 / (1u64 << 31) as f64
+}
+
+/// Starts a run, and kills it after some time; says whether it had ended before.
+fn kill_after(folder: &Path, args: &[&str], time: Duration) -> bool {
+    let mut child = command(folder, args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    thread::sleep(time);
+    let ended = child.try_wait().unwrap().is_some();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    ended
+}
+
+/// The older run is there, unless the new one is; between the two, in the folders beside.
+#[test]
+fn killed_at_any_instant_a_short_run_leaves_the_older_one_or_the_new_one_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let began = Instant::now();
+    assert!(standoff(folder.path(), &[&SHORT[..], &["new"]].concat()).status.success());
+    let longest = began.elapsed();
+    let older = [&SHORT[..], &["o", "--seed", "9"]].concat();
+    assert!(standoff(folder.path(), &[&SHORT[..], &["old", "--seed", "9"]].concat()).status.success());
+    let mut state = 1;
+    let mut kills = 0;
+    while kills < 25 {
+        assert!(standoff(folder.path(), &older).status.success());
+        assert_eq!(names(folder.path()), ["new", "o", "old"]);
+        kills +=
+            u32::from(!kill_after(folder.path(), &[&SHORT[..], &["o"]].concat(), longest.mul_f64(random(&mut state))));
+        // Between the two renamings of a replacement the older run lies beside its place.
+        let place = if path("o").exists() { "o" } else { "o.older" };
+        assert!(
+            is_same(&path(place), &path("old")) || is_same(&path(place), &path("new")),
+            "{:?}",
+            names(&path(place))
+        );
+        assert!(path("o").exists() || standoff(folder.path(), &["show", "o.partial"]).status.success());
+        let again = standoff(folder.path(), &[&SHORT[..], &["o"]].concat());
+        assert!(again.status.success(), "{}", text(&again.stderr));
+        assert!(is_same(&path("o"), &path("new")));
+        assert_eq!(names(folder.path()), ["new", "o", "old"], "nothing else is left");
+    }
+}
+
+#[test]
+fn killed_at_any_instant_a_slow_run_can_be_opened_up_to_its_last_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let fly = [&SLOW[..], &["o"]].concat();
+    let mut state = 2;
+    for attempt in 0..5 {
+        let _ = fs::remove_dir_all(path("o.partial"));
+        let mut child = command(folder.path(), &fly).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        // Before the first checkpoint once, else behind it.
+        while !path("o.partial/events.parquet").exists() || attempt > 0 && !path("o.partial/checkpoint").exists() {
+            assert!(child.try_wait().unwrap().is_none(), "make the mission slower");
+            thread::sleep(Duration::from_millis(1));
+        }
+        thread::sleep(Duration::from_secs_f64(2.0 * random(&mut state)));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!path("o").exists());
+        if path("o.partial/checkpoint").exists() {
+            let until_s = told_until_s(folder.path(), "o.partial", SLOW_S);
+            assert!(until_s > 0.0 && until_s < SLOW_S);
+            assert!(path("o.partial/report.html").exists());
+        } else {
+            let shown = standoff(folder.path(), &["show", "o.partial"]);
+            let message = text(&shown.stderr);
+            assert_eq!((attempt, shown.status.code()), (0, Some(2)), "{message}");
+            assert!(message.contains("was ended before any of it was kept"), "{message}");
+        }
+    }
+    let again = standoff(folder.path(), &[&SHORT[..], &["o"]].concat());
+    assert_eq!(text(&again.stderr), "note: an unfinished run is kept in o.older until this one is complete\n");
+    assert_eq!(names(folder.path()), ["o"]);
+    assert!(standoff(folder.path(), &[&SHORT[..], &["whole"]].concat()).status.success());
+    assert!(is_same(&path("o"), &path("whole")));
+}
+
+#[test]
+fn an_interrupted_run_ends_soon_and_says_where_it_is_and_how_far_it_got() {
+    let folder = tempfile::tempdir().unwrap();
+    for (signal, out) in [("INT", "i"), ("TERM", "t")] {
+        let partial = format!("{out}.partial");
+        let args = [&LONG[..], &[out]].concat();
+        let mut child = command(folder.path(), &args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        while !folder.path().join(&partial).join("events.parquet").exists() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        thread::sleep(Duration::from_millis(100));
+        let asked = Instant::now();
+        let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
+        assert!(kill.success());
+        let status = child.wait().unwrap();
+        assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+        let (mut printed, mut message) = (String::new(), String::new());
+        child.stdout.unwrap().read_to_string(&mut printed).unwrap();
+        child.stderr.unwrap().read_to_string(&mut message).unwrap();
+        assert_eq!((status.code(), printed.as_str()), (Some(1), ""), "{message}");
+        let until_s = told_until_s(folder.path(), &partial, 20_000.0);
+        let told = format!(
+            "error: interrupted; the run is kept up to {until_s} s in {partial}, unfinished: standoff show {partial} tells it\n"
+        );
+        assert_eq!(message, told);
+        assert!(!folder.path().join(out).exists());
+    }
+}
+
+/// The size of files is limited here: it stands for a full disk.
+#[test]
+fn where_there_is_no_room_for_the_tables_it_says_so_and_keeps_what_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(standoff(folder.path(), &[&SHORT[..], &["o"]].concat()).status.success());
+    let limited = |blocks: u32, args: &[&str]| {
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &script, env!("CARGO_BIN_EXE_standoff")]).args(args);
+        shell.current_dir(folder.path()).output().unwrap()
+    };
+    for blocks in [0, 1, 8] {
+        let output = limited(blocks, &[&SHORT[..], &["o", "--seed", "2"]].concat());
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {message}");
+        assert!(message.contains("error: cannot write o.partial/") && message.contains("File too large"), "{message}");
+        assert!(message.ends_with("; nothing was kept of the run\n") || blocks < 8, "{message}");
+        assert_eq!(names(folder.path()), ["o"], "the older run stays");
+    }
+}
+
+/// The limit is set while the run is on its way: checkpoints are not worth its end, the tables are.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_disk_that_fills_up_on_the_way_leaves_what_was_kept_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_standoff")]).args(SLOW).arg("l");
+    let child = shell.current_dir(folder.path()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let checkpoint = folder.path().join("l.partial/checkpoint");
+    while !checkpoint.exists() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let limit = ["--pid", &child.id().to_string(), "--fsize=1000"];
+    assert!(Command::new("prlimit").args(limit).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("error: cannot write l.partial/"), "{message}");
+    assert!(message.contains(".parquet: File too large"), "{message}");
+    let until_s = told_until_s(folder.path(), "l.partial", SLOW_S);
+    assert!(message.contains(&format!("; the run is kept up to {until_s} s in l.partial, unfinished")), "{message}");
+}
+
+#[test]
+fn whoever_stops_listening_loses_no_results() {
+    let folder = tempfile::tempdir().unwrap();
+    for (ending, status) in [("| true", "0"), (">&-", "0"), ("2>&-", "0"), ("> /dev/full", "1")] {
+        let script = format!("{{ \"$0\" run tour/02-two-uavs --out o {ending}; }} 2>errors; echo ${{PIPESTATUS:-$?}}");
+        let mut shell = Command::new("bash");
+        shell.current_dir(folder.path()).args(["-c", &script, env!("CARGO_BIN_EXE_standoff")]);
+        let output = shell.output().unwrap();
+        let errors = fs::read_to_string(folder.path().join("errors")).unwrap();
+        assert_eq!(text(&output.stdout).lines().last(), Some(status), "{ending}: {errors}");
+        assert!(!errors.contains("panicked"), "{errors}");
+        assert!(folder.path().join("o/report.html").exists());
+        fs::remove_dir_all(folder.path().join("o")).unwrap();
+    }
+}

@@ -1,0 +1,141 @@
+//! FCD XML, CSV and gzip.
+
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use super::mutation::Choices;
+use super::{check_message, corpus, run};
+use crate::traffic::{Coordinates, Options, read_from};
+
+const XML: [&str; 30] = [
+    "<fcd-export>",
+    "</fcd-export>",
+    "<timestep time=\"",
+    "</timestep>",
+    "<vehicle id=\"",
+    "\"/>",
+    "/>",
+    "<a>",
+    "</a>",
+    "<!--",
+    "-->",
+    "<![CDATA[",
+    "]]>",
+    "<?xml version=\"1.0\"?>",
+    "<!DOCTYPE a [<!ENTITY b \"c\">]>",
+    "&b;",
+    "&amp;",
+    "&#x10ffff;",
+    "time",
+    "vehicle",
+    "timestep",
+    "id",
+    "x",
+    "y",
+    "speed",
+    "angle",
+    " x=\"1\"",
+    "person",
+    "<fcd-output.geo value=\"true\"/>",
+    "<timestep time=\"9\"><vehicle id=\"v\" x=\"1\" y=\"2\"/></timestep>",
+];
+
+const CSV: [&str; 22] = [
+    ",",
+    ",,",
+    "\n",
+    "\"",
+    "\"\"",
+    "# c\n",
+    "t_s",
+    "time",
+    "vehicle",
+    "id",
+    "x",
+    "y",
+    "x_m",
+    "y_m",
+    "lat",
+    "lon",
+    "latitude",
+    "longitude",
+    "speed",
+    "0,v,1,2\n",
+    "5,w,1,2\n",
+    ";",
+];
+
+fn options(choices: &mut Choices<'_>) -> Options {
+    let coordinates =
+        *choices.one_of(&[Coordinates::Auto, Coordinates::Auto, Coordinates::Metres, Coordinates::Degrees]);
+    Options { coordinates, gap_s: *choices.one_of(&[None, None, Some(1.0), Some(1e300)]) }
+}
+
+/// Whether it was accepted.
+fn try_one(bytes: &[u8], options: &Options) -> bool {
+    let traffic = match read_from(bytes, "file\u{1b}", options) {
+        Ok(traffic) => traffic,
+        Err(error) => {
+            check_message(&error.to_string());
+            return false;
+        }
+    };
+    assert!(!traffic.vehicles.is_empty() && traffic.begin_us <= traffic.end_us);
+    for vehicle in &traffic.vehicles {
+        assert!((1..=200).contains(&vehicle.name().chars().count()));
+        let (first, last) = (vehicle.first_us(), vehicle.last_us());
+        assert!(
+            traffic.begin_us <= first && first <= last && last <= traffic.end_us && last.abs() <= 9_000_000_000_000_000
+        );
+        for state in [first, first + 1, first + (last - first) / 2, last].iter().filter_map(|&time| vehicle.at(time)) {
+            assert!(state.x_m.abs() <= 1e8 && state.y_m.abs() <= 1e8, "{state:?}");
+            // Either axis at the limit, and a float's rounding.
+            assert!(state.vx_m_s.abs() <= 1.0001e4 && state.vy_m_s.abs() <= 1.0001e4, "{state:?}");
+        }
+    }
+    true
+}
+
+#[test]
+fn any_fcd_xml_is_read_or_refused() {
+    let files = corpus("fcd");
+    for file in &files {
+        try_one(file, &Options::default());
+    }
+    run("FCD XML", 0.1, |choices| {
+        let options = options(choices);
+        try_one(&choices.mutated(&files, &XML), &options)
+    });
+}
+
+#[test]
+fn any_csv_is_read_or_refused() {
+    let files = corpus("csv");
+    for file in &files {
+        try_one(file, &Options::default());
+    }
+    run("CSV", 0.1, |choices| {
+        let options = options(choices);
+        try_one(&choices.mutated(&files, &CSV), &options)
+    });
+}
+
+#[test]
+fn any_gzip_is_read_or_refused() {
+    let files = [corpus("fcd"), corpus("csv")].concat();
+    let packed = |text: &Vec<u8>| {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(text).unwrap();
+        encoder.finish().unwrap()
+    };
+    let packed: Vec<Vec<u8>> = files.iter().map(packed).collect();
+    run("gzip", 0.05, |choices| {
+        let mut bytes = choices.one_of(&packed).clone();
+        if choices.below(4) == 0 {
+            bytes.extend(choices.one_of(&packed));
+        }
+        try_one(&choices.damaged(bytes), &Options::default())
+    });
+}

@@ -1,0 +1,80 @@
+//! Files from outside: what a file is, and how large, is asked before a byte of it is read.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Opens a file of at most `most` bytes for reading.
+///
+/// A folder, a pipe (it would wait for a writer), a device (some never end) and what is too large are refused unread.
+pub(crate) fn open(path: &Path, most: u64) -> io::Result<File> {
+    let found = fs::metadata(path)?;
+    if !found.is_file() {
+        let what = if found.is_dir() { "it is a folder" } else { "it is a pipe or a device" };
+        return Err(io::Error::other(format!("{what}, not a file")));
+    }
+    if found.len() > most {
+        return Err(too_large(found.len(), most));
+    }
+    File::open(path)
+}
+
+/// All bytes of a file that has at most `most`.
+pub(crate) fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    // It may have grown since it was looked at.
+    open(path, most)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
+}
+
+/// The text of a file that has at most `most` bytes.
+pub(crate) fn text(path: &Path, most: u64) -> io::Result<String> {
+    String::from_utf8(bytes(path, most)?).map_err(|_| io::Error::other("it is not UTF-8 text"))
+}
+
+fn too_large(bytes: u64, most: u64) -> io::Error {
+    let message = format!("it has {}; at most {}", size(bytes), size(most));
+    io::Error::new(io::ErrorKind::FileTooLarge, message)
+}
+
+/// A number of bytes, for people; rounded up, so that what is too large looks it.
+pub(crate) fn size(bytes: u64) -> String {
+    match bytes {
+        0..=9_999 => format!("{bytes} bytes"),
+        10_000..=9_999_999 => format!("{} KiB", bytes.div_ceil(1 << 10)),
+        _ => format!("{} MiB", bytes.div_ceil(1 << 20)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_large_is_refused_with_both_sizes() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("file");
+        fs::write(&path, "12345").unwrap();
+        assert_eq!(text(&path, 5).unwrap(), "12345");
+        assert_eq!(text(&path, 4).unwrap_err().to_string(), "it has 5 bytes; at most 4 bytes");
+        File::create(&path).unwrap().set_len(1_000_000_000).unwrap();
+        assert_eq!(open(&path, 512 << 20).unwrap_err().to_string(), "it has 954 MiB; at most 512 MiB");
+    }
+
+    #[test]
+    fn what_is_no_file_is_refused_unread() {
+        let home = tempfile::tempdir().unwrap();
+        assert_eq!(open(home.path(), 9).unwrap_err().to_string(), "it is a folder, not a file");
+        assert_eq!(open(&home.path().join("none"), 9).unwrap_err().kind(), io::ErrorKind::NotFound);
+        #[cfg(unix)]
+        assert_eq!(open(Path::new("/dev/zero"), 9).unwrap_err().to_string(), "it is a pipe or a device, not a file");
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_refused() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("file");
+        fs::write(&path, b"a\xff").unwrap();
+        assert_eq!(text(&path, 5).unwrap_err().to_string(), "it is not UTF-8 text");
+    }
+}

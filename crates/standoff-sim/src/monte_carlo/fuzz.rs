@@ -1,0 +1,115 @@
+//! Targets of `bolero`: the journal of a batch and its results. See [`crate::fuzz`].
+
+use std::fs;
+
+use super::journal::{Journal, journal_of};
+use super::{Batch, MonteCarloError, Results, Values, results};
+use crate::fuzz::{check_message, put, run};
+use crate::scenario::{Edits, Template};
+use crate::score::Choice;
+
+const JSON: [&str; 24] = [
+    "{",
+    "}",
+    "[",
+    "]",
+    ":",
+    ",",
+    "null",
+    "true",
+    "\"format\": 1,",
+    "\"format\": 99,",
+    "\"seed\"",
+    "\"runs\"",
+    "\"x\"",
+    "\"shard\": {\"index\": 0, \"of\": 0},",
+    "\"shard\": {\"index\": 1, \"of\": 2},",
+    "\"metrics\": [],",
+    "1e400",
+    "\"metrics\": [\"anees\", \"anees\"],",
+    "\"nonsense\"",
+    "\"extra\": 1,",
+    "\\u0000",
+    "\\ud800",
+    "[[[[[[[[",
+    "\\u001b",
+];
+
+fn batch() -> Batch {
+    let template = Template::load("tour/01-one-uav", &Edits::default()).unwrap();
+    Batch::new(&template, 1, 3, None, Choice::parse("anees,position_error_m").unwrap()).unwrap()
+}
+
+fn values() -> Vec<Values> {
+    vec![vec![Some(1.0), None], vec![Some(-2.5), Some(0.0)], vec![None, Some(1e300)]]
+}
+
+fn message(error: &MonteCarloError) -> bool {
+    check_message(&error.to_string());
+    false
+}
+
+fn are_finite(values: &[Option<f64>]) -> bool {
+    values.iter().flatten().all(|value| value.is_finite())
+}
+
+#[test]
+fn any_journal_is_read_or_refused() {
+    let home = tempfile::tempdir().unwrap();
+    let batch = batch();
+    let mut journal = Journal::open(home.path(), &batch).unwrap();
+    values().iter().zip(0..).for_each(|(values, run)| journal.put(0, run, values).unwrap());
+    drop(journal);
+    let path = home.path().join("monte-carlo.journal");
+    let good = fs::read(&path).unwrap();
+    let json = serde_json::to_vec(&batch).unwrap();
+    let slots = good[good.len() - 3 * 28..].to_vec();
+    run("journal", 0.05, |choices| {
+        let bytes = if choices.below(2) == 0 {
+            choices.damaged(good.clone())
+        } else {
+            // What its checksums do not tell.
+            journal_of(&choices.mutated(std::slice::from_ref(&json), &JSON), &choices.damaged(slots.clone()))
+        };
+        put(&path, bytes);
+        match Journal::look_into(&path) {
+            Ok(None) => false,
+            Ok(Some((batch, rows))) => {
+                assert!(batch.check().is_ok());
+                rows.take(10).for_each(|row| assert!(row.unwrap().1.is_none_or(|values| are_finite(&values))));
+                true
+            }
+            Err(error) => message(&error),
+        }
+    });
+}
+
+#[test]
+fn any_results_are_read_or_refused() {
+    let home = tempfile::tempdir().unwrap();
+    results::write(home.path(), &batch(), values().into_iter().map(Ok)).unwrap();
+    let (manifest, table) = (home.path().join("monte-carlo.json"), home.path().join("runs.parquet"));
+    let good_manifest = fs::read(&manifest).unwrap();
+    let good_table = fs::read(&table).unwrap();
+    let sealed = |crc: u32| {
+        let text = String::from_utf8_lossy(&good_manifest).into_owned();
+        text.replace(&crc32fast::hash(&good_table).to_string(), &crc.to_string())
+    };
+    run("results", 0.05, |choices| {
+        if choices.below(2) == 0 {
+            put(&manifest, choices.mutated(std::slice::from_ref(&good_manifest), &JSON));
+            put(&table, &good_table);
+        } else {
+            let bytes = choices.damaged(good_table.clone());
+            put(&manifest, sealed(crc32fast::hash(&bytes)));
+            put(&table, bytes);
+        }
+        let read = |results: Results| {
+            for metric in results.batch().metrics().collect::<Vec<_>>() {
+                assert!(are_finite(&results.column(metric)?));
+            }
+            results.settings().map(drop)
+        };
+        Results::open(home.path()).and_then(read).map_or_else(|error| message(&error), |()| true)
+    });
+}

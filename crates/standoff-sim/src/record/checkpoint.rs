@@ -1,0 +1,172 @@
+//! How far an unfinished record tells: what its growing tables lack to be read.
+//!
+//! A Parquet file is readable only once its footer is written. So now and then a writer puts into one small file, for
+//! every table, the footer of what has gone into the table's file, and the rows that have not:
+//!
+//! ```text
+//! "standoff partial" | last instant, us | a table | ... | CRC-32 of all that
+//!      16 bytes             8                               4
+//! table: lengths of its footer and of its rows, 8 bytes each | footer, as Parquet has it | rows: a whole Parquet file
+//! ```
+//!
+//! Numbers are little-endian. Tables only grow, and the file is replaced as a whole: it fits them whatever ends the run.
+//! Without tables it says that theirs are whole.
+
+use std::fs::{self, File};
+use std::io::Read as _;
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::errors::Result as ParquetResult;
+use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData};
+
+use super::rows::TIMED;
+use super::table::{damage, guarded};
+use super::{RecordError, plausible};
+use crate::{disk, input};
+
+/// Name of the file.
+pub(super) const CHECKPOINT: &str = "checkpoint";
+
+/// Largest checkpoint, bytes: fewer rows than a row group has, of every table, and their footers.
+const MAX_BYTES: u64 = 128 << 20;
+
+const MAGIC: &[u8; 16] = b"standoff partial";
+
+/// What a table's file lacks.
+pub(super) struct Missing {
+    /// The footer of what is in the file.
+    pub(super) footer: Vec<u8>,
+    /// The rows that are not: a Parquet file.
+    pub(super) rows: Vec<u8>,
+}
+
+/// Writes the checkpoint of a record: `tables` in the order of [`TIMED`], or none if they are whole.
+pub(super) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(last_us.to_le_bytes());
+    for Missing { footer, rows } in tables {
+        bytes.extend((footer.len() as u64).to_le_bytes());
+        bytes.extend((rows.len() as u64).to_le_bytes());
+        bytes.extend(footer);
+        bytes.extend(rows);
+    }
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+    let path = dir.join(CHECKPOINT);
+    let saved = disk::save(&path, bytes).and_then(|()| disk::sync_folder(dir));
+    saved.map_err(|reason| RecordError::write(&path, reason))
+}
+
+/// A record has a checkpoint; whether it is whole is not looked at.
+pub(super) fn is_in(dir: &Path) -> bool {
+    dir.join(CHECKPOINT).is_file()
+}
+
+/// Removes the checkpoint of a record that needs none any more.
+pub(super) fn remove(dir: &Path) -> Result<(), RecordError> {
+    let path = dir.join(CHECKPOINT);
+    if !is_in(dir) {
+        return Ok(());
+    }
+    fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))
+}
+
+/// The checkpoint of an unfinished record.
+#[derive(Debug)]
+pub(super) struct Checkpoint {
+    file: Arc<File>,
+    /// The last instant it tells of.
+    pub(super) last_us: i64,
+    /// Of each of [`TIMED`], if they are not whole.
+    tables: Vec<Table>,
+}
+
+#[derive(Debug)]
+struct Table {
+    footer: ParquetMetaData,
+    rows: ParquetMetaData,
+}
+
+/// Row groups, and the file that holds them.
+pub(crate) struct Source {
+    pub(crate) file: Arc<File>,
+    pub(crate) metadata: ParquetMetaData,
+}
+
+impl Checkpoint {
+    /// Reads the checkpoint in `dir`.
+    pub(super) fn read(dir: &Path) -> Result<Self, RecordError> {
+        let path = dir.join(CHECKPOINT);
+        // Read and kept open as one: a run that goes on may replace the file meanwhile.
+        let unreadable = |reason| RecordError::read(&path, reason);
+        let mut file = input::open(&path, MAX_BYTES).map_err(unreadable)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(unreadable)?;
+        let broken = || RecordError::damaged(&path, "its checksum is wrong");
+        let (told, crc) = bytes.split_last_chunk().ok_or_else(broken)?;
+        let head = told.strip_prefix(MAGIC).and_then(|told| told.split_first_chunk());
+        let (last_us, mut rest) =
+            head.filter(|_| crc32fast::hash(told) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
+        let mut tables = Vec::new();
+        while !rest.is_empty() {
+            let at = told.len() - rest.len();
+            let (table, after) = guarded(|| split_table(rest, at)).map_err(|e| RecordError::parquet_read(&path, e))?;
+            tables.push(table);
+            rest = after;
+        }
+        if ![0, TIMED.len()].contains(&tables.len()) {
+            return Err(RecordError::damaged(&path, format!("it has {} tables", tables.len())));
+        }
+        Ok(Self { file: Arc::new(file), last_us: i64::from_le_bytes(*last_us), tables })
+    }
+
+    /// Where the rows of a table are, given its own file; `None` if that is whole.
+    pub(super) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
+        let place = TIMED.iter().position(|name| *name == table)?;
+        let Table { footer, rows } = self.tables.get(place)?;
+        let written = Source { file: Arc::new(file), metadata: footer.clone() };
+        Some([written, Source { file: Arc::clone(&self.file), metadata: rows.clone() }])
+    }
+}
+
+/// The first table of the bytes, which begin at `at` in the file, and what follows it.
+fn split_table(bytes: &[u8], at: usize) -> ParquetResult<(Table, &[u8])> {
+    let split = || {
+        let (footer_length, bytes) = bytes.split_first_chunk()?;
+        let (rows_length, bytes) = bytes.split_first_chunk()?;
+        let length = |bytes: &[u8; 8]| usize::try_from(u64::from_le_bytes(*bytes)).ok();
+        let (footer, bytes) = bytes.split_at_checked(length(footer_length)?)?;
+        let (rows, bytes) = bytes.split_at_checked(length(rows_length)?)?;
+        Some((footer, rows, bytes))
+    };
+    let (footer, rows, rest) = split().ok_or_else(|| damage("a table breaks off"))?;
+    let offset = i64::try_from(at + 8 + 8 + footer.len())?;
+    let table = Table { footer: last_footer(footer)?, rows: moved(last_footer(rows)?, offset)? };
+    Ok((table, rest))
+}
+
+/// The footer with which the bytes end: its Thrift, their length in 4 bytes, and 4 bytes of Parquet's mark.
+fn last_footer(bytes: &[u8]) -> ParquetResult<ParquetMetaData> {
+    let thrift = || {
+        let (bytes, end) = bytes.split_last_chunk::<8>()?;
+        let length = usize::try_from(u32::from_le_bytes(*end.first_chunk()?)).ok()?;
+        bytes.get(bytes.len().checked_sub(length)?..)
+    };
+    let thrift = thrift().ok_or_else(|| damage("a footer breaks off"))?;
+    plausible::check_footer(thrift).map_err(|what| damage(&what))?;
+    ParquetMetaDataReader::decode_metadata(thrift)
+}
+
+/// The metadata of a file that begins at `offset` in another one.
+fn moved(metadata: ParquetMetaData, offset: i64) -> ParquetResult<ParquetMetaData> {
+    let group = |group: &RowGroupMetaData| {
+        let columns = group.columns().iter().map(|column| {
+            let dictionary = column.dictionary_page_offset().map(|at| at.saturating_add(offset));
+            let data = column.data_page_offset().saturating_add(offset);
+            column.clone().into_builder().set_dictionary_page_offset(dictionary).set_data_page_offset(data).build()
+        });
+        group.clone().into_builder().set_column_metadata(columns.collect::<ParquetResult<_>>()?).build()
+    };
+    let groups = metadata.row_groups().iter().map(group).collect::<ParquetResult<_>>()?;
+    Ok(metadata.into_builder().set_row_groups(groups).build())
+}

@@ -1,0 +1,177 @@
+//! Targets of `bolero`: manifest and tables of records. See [`crate::fuzz`].
+
+use std::fs;
+use std::path::Path;
+
+use super::rows::{At, TargetRow};
+use super::table::{Row, TableReader, file_of};
+use super::{EventRow, Frame, Manifest, Place, Record, TrackRow, TrackStatus, UavRow, Writer};
+use crate::fuzz::{check_message, corpus, put, run};
+
+const JSON: [&str; 22] = [
+    "{",
+    "}",
+    "[",
+    "]",
+    ":",
+    ",",
+    "null",
+    "true",
+    "\"format\": 3",
+    "\"format\": 2,",
+    "\"format\": 99,",
+    "\"seed\"",
+    "\"version\"",
+    "\"duration_s\"",
+    "\"period_s\"",
+    "\"origin\": {\"latitude_deg\": 91, \"longitude_deg\": 0},",
+    "\"extra\": 1,",
+    "\\u0000",
+    "\\ud800",
+    "1e400",
+    "[[[[[[[[",
+    "\"x\"",
+];
+
+/// A small record.
+fn write(dir: &Path) {
+    let uav = UavRow {
+        uav: 0,
+        group: Some(1),
+        x_m: 1.0,
+        y_m: -2.0,
+        heading_rad: 0.5,
+        speed_m_s: 20.0,
+        turn_rate_rad_s: 0.0,
+        boresight_rad: None,
+        speed_command_m_s: 20.0,
+        turn_rate_command_rad_s: 0.1,
+        speed_limited: false,
+        turn_rate_limited: true,
+        centre_distance_m: Some(100.0),
+        phase_rad: None,
+        steered_distance_m: None,
+        desired_heading_rad: None,
+        feedforward_rad_s: None,
+        convergence_threshold_m2_s: None,
+        centre_too_fast: false,
+        altitude_m: None,
+    };
+    let track = TrackRow {
+        target: 0,
+        status: TrackStatus::Held,
+        place: Place::Member,
+        group: Some(1),
+        to_group: None,
+        state: [1.0, 0.5, 0.0, 2.0, 0.25, 0.0],
+        covariance: [1.0; 21],
+    };
+    let event = EventRow {
+        kind: "cued".to_owned(),
+        target: Some(0),
+        group: None,
+        to_group: Some(1),
+        uavs: vec![0, 1],
+        reason: "handed over".to_owned(),
+    };
+    let frame = |time_us| Frame {
+        time_us,
+        uavs: vec![uav, UavRow { uav: 1, ..uav }],
+        tracks: vec![track],
+        events: vec![event.clone()],
+        ..Frame::default()
+    };
+    let mut writer =
+        Writer::create(dir, &Manifest::new("s", 1, 1.0, 0.5), "about = \"\"\n", &["lead".to_owned()]).unwrap();
+    [0, 500_000, 1_000_000].into_iter().for_each(|time_us| writer.frame(&frame(time_us)).unwrap());
+    writer.close().unwrap().publish().unwrap();
+}
+
+/// Reads a table to its end; whether it was accepted. That numbers are finite and words known, its rows see to.
+fn read<R: Row>(dir: &Path) -> bool {
+    let rows = TableReader::<R>::open(file_of::<R>(dir)).and_then(|mut table| {
+        let mut rows = 0;
+        while table.next_row()?.is_some() {
+            rows += 1;
+            // What a file holds for nothing has no end; that time passes, frames check.
+            if rows == 100_000 {
+                break;
+            }
+        }
+        Ok(rows)
+    });
+    rows.inspect_err(|error| check_message(&error.to_string())).is_ok()
+}
+
+#[test]
+fn any_table_is_read_or_refused() {
+    let home = tempfile::tempdir().unwrap();
+    let dir = home.path().join("run");
+    write(&dir);
+    let load = |path| fs::read(path).unwrap();
+    let files = [
+        file_of::<At<UavRow>>(&dir),
+        file_of::<At<TrackRow>>(&dir),
+        file_of::<At<EventRow>>(&dir),
+        file_of::<TargetRow>(&dir),
+    ];
+    let good: Vec<Vec<u8>> = files.iter().map(load).collect();
+    run("table", 0.05, |choices| {
+        let which = choices.below(files.len());
+        put(&files[which], choices.damaged(good[which].clone()));
+        match which {
+            0 => read::<At<UavRow>>(&dir),
+            1 => read::<At<TrackRow>>(&dir),
+            2 => read::<At<EventRow>>(&dir),
+            _ => read::<TargetRow>(&dir),
+        }
+    });
+}
+
+#[test]
+fn any_record_is_read_or_refused() {
+    let home = tempfile::tempdir().unwrap();
+    let dir = home.path().join("run");
+    write(&dir);
+    let names = ["run.json", "scenario.toml", "uavs.parquet", "tracks.parquet", "events.parquet", "targets.parquet"];
+    let files: Vec<_> = names.iter().map(|name| dir.join(name)).collect();
+    let good: Vec<Vec<u8>> = files.iter().map(|path| fs::read(path).unwrap()).collect();
+    run("record", 0.05, |choices| {
+        let which = choices.below(files.len());
+        put(&files[which], choices.damaged(good[which].clone()));
+        let frames = Record::open(&dir).and_then(|record| record.frames()?.take(1000).collect::<Result<Vec<_>, _>>());
+        put(&files[which], &good[which]);
+        match frames {
+            Ok(frames) => {
+                assert!(frames.iter().all(|frame| frame.time_us >= 0));
+                assert!(frames.is_sorted_by(|a, b| a.time_us < b.time_us));
+                true
+            }
+            Err(error) => {
+                check_message(&error.to_string());
+                false
+            }
+        }
+    });
+}
+
+#[test]
+fn any_manifest_is_read_or_refused() {
+    let home = tempfile::tempdir().unwrap();
+    let dir = home.path().join("run");
+    write(&dir);
+    let files = corpus("manifest");
+    run("manifest", 0.05, |choices| {
+        put(&dir.join("run.json"), choices.mutated(&files, &JSON));
+        match Manifest::read(&dir) {
+            Ok(manifest) => {
+                assert!((0.0..=1e9).contains(&manifest.duration_s) && manifest.period_s > 0.0);
+                true
+            }
+            Err(error) => {
+                check_message(&error.to_string());
+                false
+            }
+        }
+    });
+}

@@ -1,0 +1,255 @@
+//! What a Parquet file may say of itself: the Parquet reader makes room for what it is told, and would take all memory
+//! for a few bytes that lie. So the numbers are looked at first.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+
+use parquet::file::metadata::ColumnChunkMetaData;
+
+use super::thrift::Thrift;
+
+/// Largest description of a file (schema, row groups), bytes: 72 row groups of the widest table have 400 kB.
+const MAX_FOOTER: u64 = 4 << 20;
+/// Most columns and groups of columns; the widest table has 36.
+const MAX_COLUMNS: usize = 1000;
+/// Deepest nesting of columns: the record's own have none.
+const MAX_NESTED: usize = 16;
+/// Most rows of a table: a day of 1,000 targets every second.
+const MAX_ROWS: i64 = 100_000_000;
+/// Largest description of a page, bytes: without statistics, some 30.
+const MAX_PAGE_HEADER: u64 = 16 << 10;
+/// Largest page, unpacked, bytes: programs make them of about 1 MiB.
+const MAX_PAGE: i64 = 16 << 20;
+/// The most that the packing in use can unpack to, in times of its size, with some room: it has 21.
+const MAX_RATIO: i64 = 32;
+/// Most values of a dictionary: they are that of a few row groups at most.
+const MAX_DICTIONARY: i64 = 1 << 20;
+/// Longest text of a cell, bytes: a vehicle's name has up to 200 characters, of 4 bytes.
+pub(super) const MAX_CELL: usize = 1 << 10;
+
+/// The encodings of values that are read, by their numbers: plain, dictionary (twice), runs, split streams. The others
+/// are of no use here, and say themselves how much room they need.
+const ENCODINGS: [i64; 5] = [0, 2, 3, 8, 9];
+
+/// Refuses a file whose description is not plausible.
+pub(super) fn check_end(file: &mut File) -> Result<(), String> {
+    let footer = footer(file).map_err(|reason| reason.to_string())?;
+    check_footer(&footer.ok_or("it does not end as a Parquet file")?)
+}
+
+/// Refuses a description that is not plausible.
+pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
+    let mut fault = None;
+    let walked = Thrift::new(footer).structure(|thrift, id, value| {
+        match id {
+            2 => {
+                let columns = thrift.structures(value)?;
+                if columns > MAX_COLUMNS || !is_flat(thrift, columns)? {
+                    fault = Some(format!("it has more than {MAX_COLUMNS} columns, or they are nested"));
+                }
+            }
+            3 => {
+                let rows = thrift.int(value)?;
+                if !(0..=MAX_ROWS).contains(&rows) {
+                    fault = Some(format!("it says that it has {rows} rows; at most {MAX_ROWS}"));
+                }
+            }
+            _ => thrift.skip(value)?,
+        }
+        fault.is_none().then_some(())
+    });
+    match fault {
+        Some(fault) => Err(fault),
+        None => walked.ok_or_else(|| "what it says of itself cannot be read".to_owned()),
+    }
+}
+
+/// The description at the end of a file, if there is one.
+fn footer(file: &mut File) -> std::io::Result<Option<Vec<u8>>> {
+    const TAIL: u64 = 8;
+    let length = file.seek(SeekFrom::End(0))?;
+    let Some(start) = length.checked_sub(TAIL) else { return Ok(None) };
+    let mut tail = [0; TAIL as usize];
+    file.seek(SeekFrom::Start(start))?;
+    file.read_exact(&mut tail)?;
+    let [a, b, c, d, b'P', b'A', b'R', b'1'] = tail else { return Ok(None) };
+    let bytes = u64::from(u32::from_le_bytes([a, b, c, d]));
+    let Some(start) = start.checked_sub(bytes).filter(|_| bytes <= MAX_FOOTER) else { return Ok(None) };
+    file.seek(SeekFrom::Start(start))?;
+    let mut footer = vec![0; bytes as usize];
+    file.read_exact(&mut footer)?;
+    Ok(Some(footer))
+}
+
+/// Reads the elements of a schema, parents before their children; tells whether they are not nested too deeply, and as
+/// many as their parents say.
+fn is_flat(thrift: &mut Thrift<'_>, elements: usize) -> Option<bool> {
+    // How many children are to come, of every element that is open.
+    let mut open: Vec<usize> = Vec::new();
+    for index in 0..elements {
+        let mut children = 0;
+        thrift.structure(|thrift, id, value| {
+            if id == 5 {
+                children = usize::try_from(thrift.int(value)?).ok()?;
+                Some(())
+            } else {
+                thrift.skip(value)
+            }
+        })?;
+        if index > 0 {
+            while open.last() == Some(&0) {
+                open.pop();
+            }
+            *open.last_mut()? -= 1;
+        }
+        open.push(children);
+        if children > elements || open.len() > MAX_NESTED {
+            return Some(false);
+        }
+    }
+    Some(open.iter().all(|&children| children == 0))
+}
+
+/// Refuses a column of a row group whose pages are not plausible.
+pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> Result<(), String> {
+    let start = chunk.dictionary_page_offset().unwrap_or_else(|| chunk.data_page_offset());
+    let bounds = (u64::try_from(start).ok(), u64::try_from(chunk.compressed_size()).ok());
+    let (Some(mut at), Some(mut left)) = bounds else {
+        return Err("a column lies outside of the file".to_owned());
+    };
+    while left > 0 {
+        let header = header(file, at, left.min(MAX_PAGE_HEADER)).map_err(|reason| reason.to_string())?;
+        let page = Page::read(&header).ok_or("what a page says of itself cannot be read")?;
+        let length = page.header + page.check()?;
+        if length > left {
+            return Err("a page is longer than its column".to_owned());
+        }
+        (at, left) = (at.saturating_add(length), left - length);
+    }
+    Ok(())
+}
+
+fn header(file: &mut File, at: u64, most: u64) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.seek(SeekFrom::Start(at))?;
+    file.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// What a page says of itself.
+#[derive(Default)]
+struct Page {
+    /// Length of the description, bytes.
+    header: u64,
+    unpacked: i64,
+    packed: i64,
+    values: i64,
+    encoding: i64,
+    is_dictionary: bool,
+}
+
+impl Page {
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let mut page = Self::default();
+        let mut thrift = Thrift::new(bytes);
+        thrift.structure(|thrift, id, value| match id {
+            2 => thrift.int(value).map(|unpacked| page.unpacked = unpacked),
+            3 => thrift.int(value).map(|packed| page.packed = packed),
+            // The description of data, a dictionary, or data in version 2 of the format.
+            5 | 7 | 8 => {
+                page.is_dictionary |= id == 7;
+                let encoding = if id == 8 { 4 } else { 2 };
+                thrift.structure(|thrift, id, value| match id {
+                    1 => thrift.int(value).map(|values| page.values = values),
+                    id if id == encoding => thrift.int(value).map(|encoding| page.encoding = encoding),
+                    _ => thrift.skip(value),
+                })
+            }
+            _ => thrift.skip(value),
+        })?;
+        page.header = (bytes.len() - thrift.left()) as u64;
+        Some(page)
+    }
+
+    /// The length of what follows its description, if all that it says is plausible.
+    fn check(&self) -> Result<u64, String> {
+        let &Self { unpacked, packed, values, encoding, is_dictionary, .. } = self;
+        let most = MAX_PAGE.min(packed.saturating_mul(MAX_RATIO).saturating_add(1 << 10));
+        if !(0..=most).contains(&unpacked) {
+            return Err(format!("a page says that {packed} bytes of it unpack to {unpacked}; at most {most}"));
+        }
+        if !ENCODINGS.contains(&encoding) {
+            return Err(format!("a page has encoding {encoding}; write the table with plain or dictionary encoding"));
+        }
+        let room = (64 << 10) + values.saturating_mul(MAX_CELL as i64 + 16);
+        if values < 0 || unpacked > room {
+            return Err(format!("a page of {unpacked} bytes says that it holds {values} values"));
+        }
+        if is_dictionary && values > MAX_DICTIONARY.min(unpacked) {
+            return Err(format!("a dictionary of {unpacked} bytes says that it holds {values} values"));
+        }
+        u64::try_from(packed).map_err(|_| format!("a page says that it has {packed} bytes"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOUND: Page = Page { header: 20, unpacked: 800, packed: 100, values: 100, encoding: 0, is_dictionary: false };
+
+    #[test]
+    fn a_page_that_would_take_more_room_than_it_can_need_is_refused() {
+        assert_eq!(SOUND.check(), Ok(100));
+        for (page, expected) in [
+            (Page { unpacked: i64::from(i32::MAX), ..SOUND }, "a page says that 100 bytes of it unpack to 2147483647"),
+            (Page { packed: 1 << 30, unpacked: 1 << 30, ..SOUND }, "at most 16777216"),
+            (Page { packed: -1, ..SOUND }, "a page says that it has -1 bytes"),
+            (Page { encoding: 7, ..SOUND }, "a page has encoding 7; write the table with plain"),
+            (Page { values: -1, ..SOUND }, "says that it holds -1 values"),
+            (
+                Page { packed: 1 << 20, unpacked: 1 << 20, values: 1, ..SOUND },
+                "a page of 1048576 bytes says that it holds 1",
+            ),
+            (Page { values: 801, is_dictionary: true, ..SOUND }, "a dictionary of 800 bytes says that it holds 801"),
+        ] {
+            let message = page.check().unwrap_err();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    /// A schema of groups, each in the one before: `{4: name, 5: children}`.
+    fn nested(depth: usize) -> Vec<u8> {
+        let mut schema = [0x48, 0x01, b'g', 0x15, 0x02, 0x00].repeat(depth);
+        schema.extend([0x48, 0x01, b'c', 0x00]);
+        schema
+    }
+
+    #[test]
+    fn columns_that_are_nested_deeply_or_say_there_are_more_are_told() {
+        let is_flat = |schema: &[u8], elements| is_flat(&mut Thrift::new(schema), elements);
+        assert_eq!(is_flat(&nested(3), 4), Some(true));
+        assert_eq!(is_flat(&nested(500), 501), Some(false));
+        assert_eq!(is_flat(&nested(3), 3), Some(false), "the last one is missing");
+        assert_eq!(is_flat(&[0x48, 0x01, b'g', 0x15, 0xfe, 0xff, 0xff, 0xff, 0x0f, 0x00], 1), Some(false));
+        assert_eq!(is_flat(&nested(3)[..9], 4), None);
+    }
+
+    #[test]
+    fn a_file_that_does_not_end_as_one_is_refused() {
+        let refused = |bytes: &[u8]| {
+            let mut file = tempfile::tempfile().unwrap();
+            std::io::Write::write_all(&mut file, bytes).unwrap();
+            check_end(&mut file).unwrap_err()
+        };
+        for bytes in [&b""[..], b"PAR1", b"xxxx\xff\xff\xff\xffPAR1", b"\x00\x00\x00\x00PARE"] {
+            assert_eq!(refused(bytes), "it does not end as a Parquet file");
+        }
+        assert_eq!(refused(b"\x1c\x01\x00\x00\x00PAR1"), "what it says of itself cannot be read");
+        // {3: rows}
+        assert_eq!(
+            refused(b"6\xfe\xff\xff\xff\xff\xff\xff\xff\xff\x01\x00\x0c\x00\x00\x00PAR1"),
+            "it says that it has 9223372036854775807 rows; at most 100000000"
+        );
+    }
+}

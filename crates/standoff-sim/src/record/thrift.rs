@@ -1,0 +1,191 @@
+//! The compact protocol of Thrift, in which Parquet describes itself: read just far enough to see whether numbers are
+//! plausible, before the Parquet reader believes them.
+
+/// Deepest nesting of a description: Parquet's own is five deep.
+const MAX_DEPTH: usize = 32;
+
+/// Values' kinds on the wire.
+const TRUE: u8 = 1;
+const FALSE: u8 = 2;
+const BYTE: u8 = 3;
+const SHORT: u8 = 4;
+const INT: u8 = 5;
+const LONG: u8 = 6;
+const DOUBLE: u8 = 7;
+const BINARY: u8 = 8;
+const LIST: u8 = 9;
+const SET: u8 = 10;
+const STRUCT: u8 = 12;
+
+/// A description; every reading gives `None` where it breaks off or makes no sense.
+#[derive(Clone, Copy)]
+pub(super) struct Thrift<'a> {
+    rest: &'a [u8],
+    depth: usize,
+}
+
+/// A field's value, not read yet.
+#[derive(Clone, Copy)]
+pub(super) struct Value {
+    kind: u8,
+}
+
+impl<'a> Thrift<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes, depth: 0 }
+    }
+
+    /// How many bytes are left.
+    pub(super) fn left(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// Reads a structure: `take` gets every field by its number, and reads its value or says `skip`.
+    pub(super) fn structure(&mut self, mut take: impl FnMut(&mut Self, i16, Value) -> Option<()>) -> Option<()> {
+        if self.depth == MAX_DEPTH {
+            return None;
+        }
+        self.depth += 1;
+        let mut id: i16 = 0;
+        loop {
+            let byte = self.byte()?;
+            let kind = byte & 0x0f;
+            if kind == 0 {
+                self.depth -= 1;
+                return Some(());
+            }
+            id = match byte >> 4 {
+                0 => i16::try_from(self.signed()?).ok()?,
+                step => id.checked_add(i16::from(step))?,
+            };
+            take(self, id, Value { kind })?;
+        }
+    }
+
+    /// A whole number.
+    pub(super) fn int(&mut self, value: Value) -> Option<i64> {
+        matches!(value.kind, SHORT | INT | LONG).then(|| self.signed()).flatten()
+    }
+
+    /// The length of a list of structures, which follow.
+    pub(super) fn structures(&mut self, value: Value) -> Option<usize> {
+        let (kind, length) = (value.kind == LIST).then(|| self.list()).flatten()?;
+        (length == 0 || kind == STRUCT).then_some(length)
+    }
+
+    /// Passes over a value.
+    pub(super) fn skip(&mut self, value: Value) -> Option<()> {
+        match value.kind {
+            TRUE | FALSE => Some(()),
+            BYTE => self.byte().map(drop),
+            SHORT | INT | LONG => self.varint().map(drop),
+            DOUBLE => self.bytes(8).map(drop),
+            BINARY => {
+                let length = usize::try_from(self.varint()?).ok()?;
+                self.bytes(length).map(drop)
+            }
+            STRUCT => self.structure(|thrift, _, value| thrift.skip(value)),
+            LIST | SET => {
+                if self.depth == MAX_DEPTH {
+                    return None;
+                }
+                self.depth += 1;
+                let (kind, length) = self.list()?;
+                for _ in 0..length {
+                    // In a list, truths have a byte each.
+                    self.skip(Value { kind: if kind == TRUE || kind == FALSE { BYTE } else { kind } })?;
+                }
+                self.depth -= 1;
+                Some(())
+            }
+            _ => None,
+        }
+    }
+
+    /// Kind and number of a list's elements, of which each takes a byte at least.
+    fn list(&mut self) -> Option<(u8, usize)> {
+        let byte = self.byte()?;
+        let length = match byte >> 4 {
+            15 => usize::try_from(self.varint()?).ok()?,
+            short => usize::from(short),
+        };
+        (length <= self.rest.len()).then_some((byte & 0x0f, length))
+    }
+
+    fn byte(&mut self) -> Option<u8> {
+        self.bytes(1)?.first().copied()
+    }
+
+    fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (bytes, rest) = self.rest.split_at_checked(length)?;
+        self.rest = rest;
+        Some(bytes)
+    }
+
+    fn varint(&mut self) -> Option<u64> {
+        let mut number = 0;
+        for shift in (0..64).step_by(7) {
+            let byte = self.byte()?;
+            number |= u64::from(byte & 0x7f) << shift;
+            if byte & 0x80 == 0 {
+                return Some(number);
+            }
+        }
+        None
+    }
+
+    fn signed(&mut self) -> Option<i64> {
+        let number = self.varint()?;
+        Some((number >> 1) as i64 ^ -((number & 1) as i64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `{1: -3, 2: "ab", 5: [{1: 7}, {}]}`
+    const BYTES: [u8; 13] = [0x15, 0x05, 0x18, 0x02, b'a', b'b', 0x39, 0x2c, 0x15, 0x0e, 0x00, 0x00, 0x00];
+
+    fn numbers(bytes: &[u8]) -> Option<Vec<i64>> {
+        let mut numbers = Vec::new();
+        Thrift::new(bytes).structure(|thrift, id, value| {
+            match id {
+                1 => numbers.push(thrift.int(value)?),
+                5 => {
+                    for _ in 0..thrift.structures(value)? {
+                        thrift.structure(|thrift, _, value| {
+                            numbers.push(thrift.int(value)?);
+                            Some(())
+                        })?;
+                    }
+                }
+                _ => thrift.skip(value)?,
+            }
+            Some(())
+        })?;
+        Some(numbers)
+    }
+
+    #[test]
+    fn fields_are_read_by_number_and_others_passed_over() {
+        assert_eq!(numbers(&BYTES), Some(vec![-3, 7]));
+        let mut rest = Thrift::new(&BYTES);
+        assert_eq!(rest.skip(Value { kind: STRUCT }), Some(()));
+        assert_eq!(rest.left(), 0);
+    }
+
+    #[test]
+    fn what_breaks_off_anywhere_is_refused() {
+        for length in 0..BYTES.len() {
+            assert_eq!(numbers(&BYTES[..length]), None, "{length}");
+        }
+    }
+
+    #[test]
+    fn what_is_nested_without_end_or_says_it_is_long_is_refused() {
+        assert_eq!(Thrift::new(&[0x1c; 100_000]).skip(Value { kind: STRUCT }), None);
+        assert_eq!(Thrift::new(&[0x19; 100_000]).skip(Value { kind: LIST }), None);
+        assert_eq!(Thrift::new(&[0xf5, 0xff, 0xff, 0xff, 0x7f]).skip(Value { kind: LIST }), None);
+    }
+}

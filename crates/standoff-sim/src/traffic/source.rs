@@ -1,0 +1,254 @@
+//! From the bytes of a traffic file to its text: unpacked, within bounds, UTF-8 without its mark.
+
+use std::fs::File;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
+
+use flate2::read::MultiGzDecoder;
+
+use super::limit::{DEFLATE_RATIO, DENSE_TEXT, MAX_IDLE, MAX_RATIO, MAX_TEXT};
+use super::lines::{Fault, Position, input_fault};
+use crate::input::size;
+
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// Refuses a gzip file that says itself that it is too large, before anything of it is unpacked.
+pub(super) fn check_size(file: &mut File) -> Result<(), Fault> {
+    let unpacked = unpacked_size(file).map_err(|error| input_fault(None, &error))?;
+    match unpacked {
+        Some(bytes) if bytes > MAX_TEXT => Err(Fault::whole(format!(
+            "its last bytes say that it unpacks to {}; at most {}; cut the traffic into parts, or, if the file is cut \
+             off, copy it again",
+            size(bytes),
+            size(MAX_TEXT)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The unpacked size that a gzip file ends with, bytes, modulo 2^32; `None` if that cannot be, or if it is no gzip.
+fn unpacked_size(file: &mut File) -> io::Result<Option<u64>> {
+    let mut head = Vec::new();
+    file.by_ref().take(2).read_to_end(&mut head)?;
+    let mut bytes = None;
+    let length = file.metadata()?.len();
+    if head == GZIP && length >= 6 {
+        let mut last = [0; 4];
+        file.seek(SeekFrom::End(-4))?;
+        file.read_exact(&mut last)?;
+        bytes = Some(u64::from(u32::from_le_bytes(last))).filter(|&bytes| bytes <= length * DEFLATE_RATIO);
+    }
+    file.rewind()?;
+    Ok(bytes)
+}
+
+/// The text of a traffic file. Fails if it is empty or UTF-16; reading fails where it goes beyond a limit or holds a NUL.
+pub(super) fn text<'a>(reader: impl Read + 'a) -> Result<Box<dyn Read + 'a>, Fault> {
+    let (magic, bytes) = peek(reader, 2)?;
+    if magic.is_empty() {
+        return Err(Fault::whole("is empty; must be SUMO FCD XML or CSV tracks".to_string()));
+    }
+    let bytes = if magic == GZIP {
+        Bytes::Gzip(Box::new(MultiGzDecoder::new(Counted { bytes, taken: 0, idle: 0 })))
+    } else {
+        Bytes::Plain(bytes)
+    };
+    let (mark, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT }, 3)?;
+    match mark.as_slice() {
+        [0xEF, 0xBB, 0xBF] => text.get_mut().0.set_position(3),
+        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=255, ..] | [1..=255, 0, ..] => {
+            let message =
+                "is UTF-16 text; must be UTF-8; save the file as UTF-8, or convert it with iconv -f UTF-16 -t UTF-8";
+            return Err(Fault::at(Position::START, message.to_string()));
+        }
+        _ => {}
+    }
+    Ok(Box::new(WithoutNul { text, nul: false }))
+}
+
+/// A reader whose first bytes were looked at.
+type Peeked<R> = io::Chain<Cursor<Vec<u8>>, R>;
+
+/// The first bytes (fewer if there are no more), and a reader that still gives them.
+fn peek<R: Read>(mut reader: R, bytes: u64) -> Result<(Vec<u8>, Peeked<R>), Fault> {
+    let mut head = Vec::new();
+    reader.by_ref().take(bytes).read_to_end(&mut head).map_err(|error| input_fault(None, &error))?;
+    Ok((head.clone(), Cursor::new(head).chain(reader)))
+}
+
+enum Bytes<R: Read> {
+    Plain(R),
+    Gzip(Box<MultiGzDecoder<Counted<R>>>),
+}
+
+/// Bytes on their way into the decoder, counted.
+struct Counted<R> {
+    bytes: R,
+    taken: u64,
+    /// Taken since the decoder gave something.
+    idle: u64,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        if self.idle > MAX_IDLE {
+            let message = format!("the gzip data hold nothing for {}; make the file again", size(MAX_IDLE));
+            return Err(Fault::whole(message).into());
+        }
+        let count = self.bytes.read(out)?;
+        self.taken += count as u64;
+        self.idle += count as u64;
+        Ok(count)
+    }
+}
+
+/// Unpacked bytes, within bounds.
+struct Unpacked<R: Read> {
+    bytes: Bytes<R>,
+    given: u64,
+    most: u64,
+}
+
+impl<R: Read> Read for Unpacked<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let (count, taken) = match &mut self.bytes {
+            Bytes::Plain(bytes) => (bytes.read(out)?, None),
+            Bytes::Gzip(decoder) => {
+                let count = decoder.read(out)?;
+                let packed = decoder.get_mut();
+                if count > 0 {
+                    packed.idle = 0;
+                }
+                (count, Some(packed.taken))
+            }
+        };
+        self.given += count as u64;
+        if self.given > self.most {
+            let message = format!("has more than {} of text; cut the traffic into parts", size(self.most));
+            return Err(Fault::whole(message).into());
+        }
+        match taken {
+            Some(taken) if self.given > DENSE_TEXT && self.given / MAX_RATIO > taken => {
+                let message = format!(
+                    "unpacks to more than {MAX_RATIO} times its size ({} from {}), which traffic does not; if it is \
+                     meant, unpack it first",
+                    size(self.given),
+                    size(taken)
+                );
+                Err(Fault::whole(message).into())
+            }
+            _ => Ok(count),
+        }
+    }
+}
+
+/// Text up to its first NUL, where it fails.
+struct WithoutNul<R> {
+    text: R,
+    /// The NUL is next.
+    nul: bool,
+}
+
+impl<R: Read> Read for WithoutNul<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = if self.nul { 0 } else { self.text.read(out)? };
+        let text = out.get(..count).unwrap_or_default();
+        let length = if text.contains(&0) { text.iter().take_while(|&&byte| byte != 0).count() } else { count };
+        self.nul |= length < count;
+        if self.nul && length == 0 {
+            let message = "a NUL byte, which text does not hold; is this a traffic file? copy or make it again";
+            return Err(Fault::whole(message.to_string()).into());
+        }
+        Ok(length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Options, TrafficError, read, read_from};
+    use super::*;
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+    use std::io::Write;
+
+    const CSV: &str = "t,id,x,y\n1,v,3,4\n";
+
+    fn refused(bytes: &[u8]) -> TrafficError {
+        read_from(bytes, "f", &Options::default()).unwrap_err()
+    }
+
+    /// Gzip of `head`, then `unit` again and again, `bytes` long in all.
+    fn bomb(head: &str, unit: &str, bytes: usize) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+        encoder.write_all(head.as_bytes()).unwrap();
+        let piece = unit.repeat((1 << 20) / unit.len());
+        for _ in 0..bytes / piece.len() {
+            encoder.write_all(piece.as_bytes()).unwrap();
+        }
+        encoder.finish().unwrap()
+    }
+
+    #[test]
+    fn gzip_that_is_too_dense_for_traffic_is_refused() {
+        for (head, unit) in [("<fcd-export>", "<a/>"), ("t,id,x,y\n", "#\n"), ("t,id,x,y\n", "\n")] {
+            let error = refused(&bomb(head, unit, 2 * DENSE_TEXT as usize));
+            assert!(error.message.starts_with("unpacks to more than 100 times its size (17 MiB from"), "{error}");
+        }
+        let dense = bomb(CSV, "#\n", DENSE_TEXT as usize / 2);
+        assert!(read_from(&dense[..], "f", &Options::default()).is_ok(), "a little of it is nobody's harm");
+    }
+
+    #[test]
+    fn gzip_members_without_end_are_refused() {
+        let empty = GzEncoder::new(Vec::new(), Compression::best()).finish().unwrap();
+        let members = empty.repeat(3 * MAX_IDLE as usize / empty.len());
+        assert!(refused(&members).message.starts_with("the gzip data hold nothing for 1024 KiB"));
+    }
+
+    #[test]
+    fn a_text_without_end_is_refused() {
+        let mut text = Unpacked { bytes: Bytes::Plain(io::repeat(b' ')), given: 0, most: 100_000 };
+        let error = text.read_to_end(&mut Vec::new()).unwrap_err();
+        assert_eq!(input_fault(None, &error).message, "has more than 98 KiB of text; cut the traffic into parts");
+    }
+
+    #[test]
+    fn a_gzip_file_that_says_it_is_too_large_is_believed_if_it_can_be() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("f.gz");
+        let mut bytes = bomb(CSV, "#\n", 1 << 20);
+        let mut message_with = |length: usize, claim: u32| {
+            bytes.resize(length, 0);
+            bytes.extend(claim.to_le_bytes());
+            std::fs::write(&path, &bytes).unwrap();
+            read(&path, &Options::default()).unwrap_err().message
+        };
+        let message = message_with(1 << 20, 600 << 20);
+        assert!(message.starts_with("its last bytes say that it unpacks to 600 MiB; at most 512 MiB"), "{message}");
+        let message = message_with(1 << 18, 600 << 20);
+        assert!(message.contains("gzip data"), "so little cannot become so much: {message}");
+    }
+
+    #[test]
+    fn utf_16_is_told_from_damage() {
+        for text in [CSV, "<fcd-export/>"] {
+            let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+            let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+            for bytes in [&little, &big, &[&b"\xFF\xFE"[..], &little].concat(), &[&b"\xFE\xFF"[..], &big].concat()] {
+                assert!(refused(bytes).to_string().starts_with("f:1:1: is UTF-16 text; must be UTF-8"));
+            }
+        }
+    }
+
+    #[test]
+    fn a_nul_is_refused_where_it_stands() {
+        for (bytes, place) in [
+            (&b"t,id,x,y\n1,v\0,3,4\n"[..], "f:2:4: a NUL byte"),
+            (b"<fcd-export>\n <timestep\0 time=\"1\"/></fcd-export>", "f:2:11: a NUL byte"),
+            (b"\0\0\0", "f:1:1: a NUL byte"),
+            (b"  \0", "f:1:3: a NUL byte"),
+        ] {
+            let error = refused(bytes).to_string();
+            assert!(error.starts_with(place), "{error}");
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Targets of `bolero`: what a client may send, from the first byte on. `scripts/fuzz` runs them for longer.
+
+use std::panic::{AssertUnwindSafe, RefUnwindSafe};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+use tokio::runtime::Runtime;
+use tokio::sync::watch;
+
+use super::connection::House;
+use super::{Answer, Bytes, Feed, Limits, Site, connection, feed};
+
+/// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
+const ITERATIONS: usize = 5_000;
+
+/// Pieces of heads, good and bad.
+const HEAD: [&str; 40] = [
+    "GET / HTTP/1.1\r\n",
+    "GET ",
+    "HEAD ",
+    "POST ",
+    "/",
+    "/page.js",
+    "/feed",
+    "/%2e%2e/x",
+    "/%00",
+    "/run/0/1/",
+    " HTTP/1.1\r\n",
+    " HTTP/1.0\r\n",
+    " HTTP/2.0\r\n",
+    "\r\n",
+    "\r\n\r\n",
+    "\n",
+    "Host: 127.0.0.1:8080\r\n",
+    "Host: evil.example\r\n",
+    "Host: 127.0.0.1:8080\r\n\r\n",
+    "Origin: http://127.0.0.1:8080\r\n",
+    "Origin: null\r\n",
+    "Connection: upgrade\r\n",
+    "Upgrade: websocket\r\n",
+    "Sec-WebSocket-Version: 13\r\n",
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n",
+    "Content-Length: 5\r\n",
+    "Content-Length: -1\r\n",
+    "Content-Length: 99999999999999999999\r\n",
+    "Transfer-Encoding: chunked\r\n",
+    "5\r\nhello\r\n",
+    "Accept-Encoding: gzip;q=0, *\r\n",
+    "Expect: 100-continue\r\n",
+    "Sec-Fetch-Site: cross-site\r\n",
+    "X: \u{1b}[2J\r\n",
+    "X: \0\r\n",
+    ": \r\n",
+    " folded\r\n",
+    "http://evil.example/",
+    "*",
+    "Range: bytes=0-\r\n",
+];
+
+/// Frames of WebSockets and pieces of them, masked by zeros.
+const FRAMES: [&[u8]; 20] = [
+    b"\x81\x85\0\0\0\0hello",
+    b"\x82\x81\0\0\0\0x",
+    b"\x89\x80\0\0\0\0",
+    b"\x8a\x80\0\0\0\0",
+    b"\x8a\x84\0\0\0\0pong",
+    b"\x88\x80\0\0\0\0",
+    b"\x88\x82\0\0\0\0\x03\xe8",
+    b"\x88\x81\0\0\0\0\x03",
+    b"\x01\x81\0\0\0\0a",
+    b"\x00\x81\0\0\0\0b",
+    b"\x80\x81\0\0\0\0c",
+    b"\x81\xfe\xff\xff\0\0\0\0",
+    b"\x81\xff\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0",
+    b"\x81\xff\0\0\0\x02\0\0\0\0\0\0\0\0",
+    b"\xf1\x80\0\0\0\0",
+    b"\x83\x80\0\0\0\0",
+    b"\x81\x02hi",
+    b"\x81\x81\0\0\0\0\xff",
+    b"\0",
+    b"\xff",
+];
+
+struct Small(Feed);
+
+impl Site for Small {
+    fn get(&self, path: &str) -> Option<Answer> {
+        assert!(path.starts_with('/') && !path.contains("/../") && !path.chars().any(char::is_control), "{path:?}");
+        (path == "/").then(|| Answer {
+            kind: "text/html",
+            body: Bytes::from_static(b"page"),
+            gzip: false,
+            immutable: false,
+        })
+    }
+
+    fn feed(&self, path: &str) -> Option<Feed> {
+        (path == "/feed").then(|| self.0.clone())
+    }
+}
+
+/// Runs a target, as the simulator's do; the choices become pieces, some of them damaged.
+fn run(target: &str, pieces: &[&[u8]], starts: &[&[u8]], try_one: impl Fn(&[u8]) -> bool + RefUnwindSafe) {
+    let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
+    bolero::check!().with_type::<[u8; 24]>().with_iterations(ITERATIONS).for_each(|bytes| {
+        let mut choices = bytes.iter().map(|&byte| usize::from(byte));
+        let mut choose = |end: usize| choices.next().unwrap_or(0) % end;
+        let mut input = starts[choose(starts.len())].to_vec();
+        for _ in 0..choose(8) {
+            let change = choose(8);
+            let at = if change < 3 && !input.is_empty() { choose(256) % input.len() } else { 0 };
+            match change {
+                0 if !input.is_empty() => input[at] ^= 1 << choose(8),
+                1 => input.truncate(at),
+                2 => drop(input.splice(at..at, pieces[choose(pieces.len())].iter().copied())),
+                _ => input.extend(pieces[choose(pieces.len())]),
+            }
+        }
+        tried.fetch_add(1, Ordering::Relaxed);
+        accepted.fetch_add(try_one(&input).into(), Ordering::Relaxed);
+    });
+    let (tried, accepted) = (tried.into_inner(), accepted.into_inner());
+    let share = accepted as f64 / tried as f64;
+    println!("{target}: {tried} inputs, {:.1} % accepted", 100.0 * share);
+    assert!(share > 0.05, "{target}: only {share} of the inputs were accepted");
+}
+
+/// A runtime whose time passes only when nothing else can happen: nobody waits for a client that says no more.
+fn runtime() -> Runtime {
+    tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap()
+}
+
+#[test]
+fn any_head_is_answered_or_refused() {
+    let good = "GET / HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n\r\n";
+    let upgrade = "GET /feed HTTP/1.1\r\nHost: 127.0.0.1:8080\r\nConnection: upgrade\r\nUpgrade: websocket\r\n\
+        Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    let starts = [good, upgrade, "GET / HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n", ""].map(str::as_bytes);
+    let runtime = AssertUnwindSafe(runtime());
+    run("server head", &HEAD.map(str::as_bytes), &starts, |input| {
+        runtime.block_on(async {
+            let (_stop, stopped) = watch::channel(());
+            let site = Arc::new(Small(Feed::new("state".into())));
+            let house = House::new(site, ([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
+            let place = house.place().await;
+            let (mut client, server) = duplex(64 << 10);
+            let served = tokio::spawn(connection::converse(server, house, place));
+            client.write_all(input).await.unwrap();
+            let mut answer = Vec::new();
+            client.read_to_end(&mut answer).await.unwrap();
+            served.await.unwrap();
+            assert!(answer.is_empty() || answer.starts_with(b"HTTP/1."), "{}", answer.escape_ascii());
+            assert!(answer.len() < 64 << 10 && !answer.contains(&0x1b));
+            answer.starts_with(b"HTTP/1.1 200") || answer.starts_with(b"HTTP/1.1 101")
+        })
+    });
+}
+
+#[test]
+fn any_message_is_passed_over_or_ends_its_web_socket() {
+    let runtime = AssertUnwindSafe(runtime());
+    run("server message", &FRAMES, &[b"", FRAMES[0], FRAMES[3]], |input| {
+        runtime.block_on(async {
+            let (_stop, stopped) = watch::channel(());
+            let (feed, limits) = (Feed::new("state".into()), Limits::default());
+            let (mut client, server) = duplex(64 << 10);
+            client.write_all(input).await.unwrap();
+            let mut told = Vec::new();
+            let tell = feed::tell(server, feed.follow(), &limits, stopped);
+            let ((), read) = tokio::join!(tell, client.read_to_end(&mut told));
+            read.unwrap();
+            assert!(told.len() < 4 << 10, "{} bytes", told.len());
+            told.windows(5).any(|text| text == b"state")
+        })
+    });
+}
