@@ -63,7 +63,6 @@ fn try_one(text: &str) -> bool {
 }
 
 #[test]
-#[ignore = "messages about scenarios still repeat control characters"]
 fn any_scenario_is_read_or_refused() {
     // Traffic takes long to read, and is tried elsewhere.
     let built_in = BUILT_IN.iter().map(|scenario| scenario.text).filter(|text| !text.contains("[traffic]"));
