@@ -6,9 +6,6 @@
 
 mod ziggurat;
 
-use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
-
 use ziggurat::Ziggurat;
 
 /// What a draw is for.
@@ -42,12 +39,26 @@ impl Draws {
     /// The draws for one purpose, object and tick.
     pub fn at(&self, stream: Stream, object: u64, tick: u64) -> Draw {
         let key = mixed(mixed(mixed(self.seed ^ stream as u64) ^ object) ^ tick);
-        Draw { bits: SplitMix64::seed_from_u64(key), ziggurat: self.ziggurat }
+        Draw { bits: SplitMix64(key), ziggurat: self.ziggurat }
     }
 }
 
 fn mixed(word: u64) -> u64 {
-    SplitMix64::seed_from_u64(word).next_u64()
+    SplitMix64(word).next_u64()
+}
+
+/// The generator of Steele, Lea and Flood (2014): a counter, mixed. Not a library's: theirs are not inlined, and a mission
+/// starts a dozen at every tick.
+#[derive(Debug, Clone)]
+struct SplitMix64(u64);
+
+impl SplitMix64 {
+    fn next_u64(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let word = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        word ^ (word >> 31)
+    }
 }
 
 /// A short sequence of random numbers.

@@ -83,7 +83,12 @@ pub(crate) fn event(event: &Event, picture: &Picture) -> EventRow {
 
 /// Adds what an agent believes and intends.
 pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
-    frame.tracks.extend(picture.known.iter().filter_map(track));
+    // Not by extending with what is filtered: long rows would be copied once more.
+    for known in &picture.known {
+        if let Some(status) = live_status(known) {
+            frame.tracks.push(track(known, status));
+        }
+    }
     frame.groups.extend(picture.groups.iter().map(|group| {
         let centre = group.centre.estimate().state;
         GroupRow {
@@ -107,16 +112,18 @@ pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
     }));
 }
 
-fn track(known: &Known) -> Option<TrackRow> {
-    let status = match known.track.status {
-        Status::Cued => TrackStatus::Cued,
-        Status::Held => TrackStatus::Held,
-        Status::Coasting => TrackStatus::Coasting,
-        Status::Lost(_) => return None,
-    };
+fn live_status(known: &Known) -> Option<TrackStatus> {
+    match known.track.status {
+        Status::Cued => Some(TrackStatus::Cued),
+        Status::Held => Some(TrackStatus::Held),
+        Status::Coasting => Some(TrackStatus::Coasting),
+        Status::Lost(_) => None,
+    }
+}
+
+fn track(known: &Known, status: TrackStatus) -> TrackRow {
     let estimate = known.track.estimate();
-    let state = estimate.state.0.into();
-    Some(TrackRow {
+    TrackRow {
         target: known.track.target.0,
         status,
         place: match known.membership {
@@ -127,7 +134,7 @@ fn track(known: &Known) -> Option<TrackRow> {
         },
         group: known.group().map(|group| group.0),
         to_group: known.receiving_group().map(|group| group.0),
-        state,
+        state: estimate.state.0.into(),
         covariance: estimate.covariance.upper_triangle(),
-    })
+    }
 }

@@ -4,9 +4,7 @@
 //! truth -> scans (each along the boresight its agent asked for) -> reports, heard by all -> agents -> commands -> truth
 //! ```
 
-use std::collections::BTreeSet;
-
-use standoff::{Angle, Cue, Detection, Fleet, LookAt, ParamError, Response, Scan, TargetId, Time, UavId, UavState};
+use standoff::{Angle, Cue, Detection, Fleet, LookAt, ParamError, Response, Scan, Time, UavId, UavState};
 
 use crate::draws::Draws;
 use crate::record::Frame;
@@ -41,7 +39,8 @@ pub struct Mission<'a> {
     response: Response,
     /// The agents: the radio is perfect, so they keep one picture.
     fleet: Fleet,
-    cued: BTreeSet<TargetId>,
+    /// Who has been cued, by target: their ids are places in a list.
+    cued: Vec<bool>,
     tick: i64,
     truth: Vec<Truth>,
     cues: Vec<Cue>,
@@ -93,7 +92,7 @@ impl<'a> Mission<'a> {
             uavs: uavs.collect(),
             response: team.uav.response(*period),
             fleet: Fleet::new(*team)?,
-            cued: BTreeSet::new(),
+            cued: Vec::new(),
             tick: 0,
             truth: Vec::new(),
             cues: Vec::new(),
@@ -137,10 +136,9 @@ impl<'a> Mission<'a> {
             uav.boresight = look_at.map(|look| look.boresight(uav.state.position, *period));
             uav.detections.clear();
             if let Some(boresight) = uav.boresight {
-                let from = (uav.id, uav.state.position);
-                let sensor = &team.track.sensor;
-                let seen = sensors::scan(from, boresight, &self.truth, sensor, *noise, self.draws, self.tick as u64);
-                uav.detections.extend(seen);
+                let (from, sensor) = ((uav.id, uav.state.position), &team.track.sensor);
+                let draws = (self.draws, self.tick as u64);
+                sensors::scan(from, boresight, &self.truth, sensor, *noise, draws, &mut uav.detections);
             }
         }
     }
@@ -149,7 +147,11 @@ impl<'a> Mission<'a> {
     fn say(&mut self, now: Time) {
         self.cues.clear();
         for target in &self.truth {
-            if self.cued.insert(target.target) {
+            let place = target.target.0 as usize;
+            if place >= self.cued.len() {
+                self.cued.resize(place + 1, false);
+            }
+            if !std::mem::replace(&mut self.cued[place], true) {
                 self.cues.push(sensors::cue(target, now, self.scenario.settings.cue, self.draws));
             }
         }

@@ -6,26 +6,32 @@ use crate::draws::{Draws, Stream};
 use crate::scenario::{CueError, Noise};
 use crate::world::Truth;
 
-/// One scan: every target in view of a sensor at `uav` that points along `boresight`.
+/// One scan: adds every target in view of a sensor at `uav` that points along `boresight`.
 pub fn scan(
     uav: (UavId, Position),
     boresight: Angle,
     truth: &[Truth],
     sensor: &SensorParams,
     noise: Noise,
-    draws: Draws,
-    tick: u64,
-) -> impl Iterator<Item = Detection> {
+    (draws, tick): (Draws, u64),
+    detections: &mut Vec<Detection>,
+) {
     let (id, from) = uav;
-    truth.iter().filter_map(move |target| {
-        let mut measurement = sensor.look(from, boresight, target.state.position())?;
-        // A key of UAV and target, so that neither a further UAV nor a further target changes this noise.
-        let object = (u64::from(id.0) << 32) | u64::from(target.target.0);
-        let [range, bearing] = draws.at(Stream::Measurement, object, tick).normals();
-        measurement.range_m += noise.range_sd_m * range;
-        measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
-        (measurement.range_m > 0.0).then_some(Detection { target: target.target, measurement })
-    })
+    // By twos, which are worked on side by side; a last one alone beside itself.
+    for pair in truth.chunks(2) {
+        let both = [&pair[0], &pair[pair.len() - 1]].map(|truth| truth.state.position());
+        for (truth, seen) in pair.iter().zip(sensor.look_each(from, boresight, both)) {
+            let Some(mut measurement) = seen else { continue };
+            // A key of UAV and target, so that neither a further UAV nor a further target changes this noise.
+            let object = (u64::from(id.0) << 32) | u64::from(truth.target.0);
+            let [range, bearing] = draws.at(Stream::Measurement, object, tick).normals();
+            measurement.range_m += noise.range_sd_m * range;
+            measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
+            if measurement.range_m > 0.0 {
+                detections.push(Detection { target: truth.target, measurement });
+            }
+        }
+    }
 }
 
 /// The cue of a target that has just appeared.

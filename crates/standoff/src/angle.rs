@@ -26,6 +26,12 @@ impl Angle {
         Self(wrap_rad(rad))
     }
 
+    /// Radians in [-pi, pi], as an arc tangent gives them: only -pi has another name.
+    #[inline]
+    pub(crate) fn from_arc_rad(rad: f64) -> Self {
+        Self(if rad == -PI { PI } else { rad })
+    }
+
     /// Wraps any finite number of degrees.
     #[inline]
     pub fn from_deg(deg: f64) -> Self {
@@ -100,7 +106,8 @@ fn wrap_rad(rad: f64) -> f64 {
 
 /// Wrapped, where it is not in range already.
 fn turned_back(rad: f64) -> f64 {
-    let turned = rad % TAU;
+    // What two angles make is less than a turn away, and the remainder of a division slow.
+    let turned = if rad.abs() < 3.0 * PI { rad } else { rad % TAU };
     if turned <= -PI {
         turned + TAU
     } else if turned > PI {
@@ -128,7 +135,24 @@ mod tests {
         assert!((across_west.deg() - 2.0).abs() < 1e-9);
     }
 
+    #[test]
+    fn due_west_is_plus_pi_whatever_the_sign_of_nothing() {
+        for y_m in [0.0, -0.0] {
+            let west = crate::Displacement::from_m(-3.0, y_m);
+            assert_eq!(west.direction().rad(), PI);
+        }
+        assert!(Angle::from_arc_rad(f64::NAN).rad().is_nan());
+    }
+
     proptest! {
+        /// Where no division is needed, what it would leave is the same to the bit.
+        #[test]
+        fn angles_less_than_a_turn_and_a_half_are_wrapped_exactly(rad in -3.0 * PI..3.0 * PI) {
+            let remainder = rad % TAU;
+            let back = if remainder > PI { TAU } else if remainder <= -PI { -TAU } else { 0.0 };
+            prop_assert_eq!(Angle::from_rad(rad).rad(), remainder - back);
+        }
+
         #[test]
         fn an_angle_is_always_in_range_and_keeps_its_direction(rad in -1e6..1e6f64) {
             let angle = Angle::from_rad(rad);

@@ -42,6 +42,7 @@ impl Covariance {
     }
 
     /// The upper triangle, row by row.
+    #[inline]
     pub fn upper_triangle(&self) -> [f64; 21] {
         let [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]] = self.own.map(<[f64; 2]>::from);
         let [[d, e, f], [i, j, k], [m, n, o]] = self.across;

@@ -129,7 +129,14 @@ impl Displacement {
     /// Direction, anticlockwise from east; east for no displacement at all.
     #[inline]
     pub fn direction(self) -> Angle {
-        Angle::from_rad(math::atan2(self.y_m, self.x_m))
+        Angle::from_arc_rad(math::atan2(self.y_m, self.x_m))
+    }
+
+    /// [Directions](Self::direction) of several: the same as one by one, in less time.
+    #[inline]
+    pub(crate) fn direction_each<const N: usize>(several: [Self; N]) -> [Angle; N] {
+        let directions_rad = math::atan2_each(several.map(|one| (one.y_m, one.x_m)));
+        core::array::from_fn(|i| Angle::from_arc_rad(directions_rad[i]))
     }
 }
 
@@ -177,7 +184,7 @@ impl Velocity {
     /// Direction of motion, anticlockwise from east; east when at rest.
     #[inline]
     pub fn direction(self) -> Angle {
-        Angle::from_rad(math::atan2(self.y_m_s, self.x_m_s))
+        Angle::from_arc_rad(math::atan2(self.y_m_s, self.x_m_s))
     }
 
     /// Both components are finite.

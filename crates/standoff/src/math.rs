@@ -50,21 +50,53 @@ fn usual_sin_cos(x: f64) -> (f64, f64) {
 }
 
 /// Four-quadrant arc tangent of `y / x`, radians in [-pi, pi]; zero for (0, 0).
+#[inline]
 pub fn atan2(y: f64, x: f64) -> f64 {
-    let (long, short) = if x.abs() < y.abs() { (y.abs(), x.abs()) } else { (x.abs(), y.abs()) };
-    let is_usual = 1e-100 < long && long < 1e100 && !short.is_nan();
-    if !is_usual {
-        return libm::atan2(y, x);
+    if is_usual_point((y, x)) {
+        let [angle] = usual_atan2_each([(y, x)]);
+        angle
+    } else {
+        libm::atan2(y, x)
     }
-    // The angle between the long side and a direction of the table, whose tangent is in sixteenths.
-    let (sixteenth, sixteenths) = nearest_whole(16.0 * short / long);
-    let tan = sixteenths / 16.0;
-    let t = (short - tan * long) / (long + tan * short);
-    let s = t * t;
-    let from_long = ARCS[((sixteenth & 31) as usize).min(16)] + (t + t * s * series(s, &ATAN));
-    let from_x = if x.abs() < y.abs() { FRAC_PI_2 - from_long } else { from_long };
-    let angle = if x < 0.0 { PI - from_x } else { from_x };
-    angle.copysign(y)
+}
+
+/// Four-quadrant arc tangents of several `(y, x)`, radians: the same as one by one, in less time.
+#[inline]
+pub fn atan2_each<const N: usize>(points: [(f64, f64); N]) -> [f64; N] {
+    let are_usual = points.iter().fold(true, |all, point| all & is_usual_point(*point));
+    if are_usual { usual_atan2_each(points) } else { points.map(separate_atan2) }
+}
+
+#[inline]
+fn is_usual_point((y, x): (f64, f64)) -> bool {
+    // What is not a number is not usual.
+    let sum = y.abs() + x.abs();
+    (1e-100 < sum) & (sum < 1e100)
+}
+
+#[cold]
+fn separate_atan2((y, x): (f64, f64)) -> f64 {
+    atan2(y, x)
+}
+
+/// Step by step for all of them, and without a branch, so that a step is one instruction for two.
+#[inline]
+fn usual_atan2_each<const N: usize>(points: [(f64, f64); N]) -> [f64; N] {
+    use core::array::from_fn;
+    let (y, x): ([f64; N], [f64; N]) = (from_fn(|i| points[i].0), from_fn(|i| points[i].1));
+    let (north, east): ([f64; N], [f64; N]) = (from_fn(|i| y[i].abs()), from_fn(|i| x[i].abs()));
+    let is_steep: [bool; N] = from_fn(|i| east[i] < north[i]);
+    let long: [f64; N] = from_fn(|i| if east[i] < north[i] { north[i] } else { east[i] });
+    let short: [f64; N] = from_fn(|i| if north[i] < east[i] { north[i] } else { east[i] });
+    // The angle from the long side's axis, or from the diagonal where the tangent is above a half: t is its tangent.
+    let tan: [f64; N] = from_fn(|i| if short[i] > 0.5 * long[i] { 1.0 } else { 0.0 });
+    let t: [f64; N] = from_fn(|i| (short[i] - tan[i] * long[i]) / (long[i] + tan[i] * short[i]));
+    let s: [f64; N] = from_fn(|i| t[i] * t[i]);
+    let series: [f64; N] = from_fn(|i| series(s[i], &ATAN));
+    let from_long: [f64; N] = from_fn(|i| tan[i] * FRAC_PI_4 + (t[i] + t[i] * s[i] * series[i]));
+    let from_x: [f64; N] = from_fn(|i| if is_steep[i] { FRAC_PI_2 - from_long[i] } else { from_long[i] });
+    let size: [f64; N] = from_fn(|i| if x[i] < 0.0 { PI - from_x[i] } else { from_x[i] });
+    from_fn(|i| size[i].copysign(y[i]))
 }
 
 /// Exponential.
@@ -81,7 +113,12 @@ pub fn ln(x: f64) -> f64 {
 #[inline]
 pub fn hypot(x: f64, y: f64) -> f64 {
     let sum = x * x + y * y;
-    if 1e-280 < sum && sum < 1e300 { sum.sqrt() } else { libm::hypot(x, y) }
+    if 1e-280 < sum && sum < 1e300 { sum.sqrt() } else { unusual_hypot(x, y) }
+}
+
+#[cold]
+fn unusual_hypot(x: f64, y: f64) -> f64 {
+    libm::hypot(x, y)
 }
 
 /// The nearest whole number of one that is not large; the last bits of the first answer are its own.
@@ -92,59 +129,32 @@ fn nearest_whole(x: f64) -> (u64, f64) {
     (shifted.to_bits(), shifted - SHIFT)
 }
 
-/// The sum of coefficients times powers of `s`, by pairs, so that not every sum has to wait for the one before.
-fn series<const N: usize>(s: f64, coefficients: &[f64; N]) -> f64 {
-    let (pairs, last) = coefficients.as_chunks::<2>();
-    let start = last.first().copied().unwrap_or(0.0);
+/// The sum of coefficients times powers of `s`, by fours, so that few sums have to wait for the one before.
+#[inline]
+fn series<const N: usize>(s: f64, coefficients: &[[f64; 4]; N]) -> f64 {
     let squared = s * s;
-    pairs.iter().rev().fold(start, |sum, [even, odd]| sum * squared + (even + odd * s))
+    let fours = coefficients.iter().map(|[a, b, c, d]| (a + b * s) + (c + d * s) * squared);
+    fours.rev().reduce(|sum, four| sum * (squared * squared) + four).unwrap_or_default()
 }
 
 /// Of (sin r / r - 1) / r^2 in powers of r^2, for r up to an eighth of a turn.
-const SIN: [f64; 8] = [
-    -1.0 / 6.0,
-    1.0 / 120.0,
-    -1.0 / 5_040.0,
-    1.0 / 362_880.0,
-    -1.0 / 39_916_800.0,
-    1.0 / 6_227_020_800.0,
-    -1.0 / 1_307_674_368_000.0,
-    1.0 / 355_687_428_096_000.0,
+const SIN: [[f64; 4]; 2] = [
+    [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0],
+    [-1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0, -1.0 / 1_307_674_368_000.0, 1.0 / 355_687_428_096_000.0],
 ];
 
 /// Of (cos r - 1 + r^2 / 2) / r^4 in powers of r^2, for r up to an eighth of a turn.
-const COS: [f64; 7] = [
-    1.0 / 24.0,
-    -1.0 / 720.0,
-    1.0 / 40_320.0,
-    -1.0 / 3_628_800.0,
-    1.0 / 479_001_600.0,
-    -1.0 / 87_178_291_200.0,
-    1.0 / 20_922_789_888_000.0,
+const COS: [[f64; 4]; 2] = [
+    [1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0, -1.0 / 3_628_800.0],
+    [1.0 / 479_001_600.0, -1.0 / 87_178_291_200.0, 1.0 / 20_922_789_888_000.0, -1.0 / 6_402_373_705_728_000.0],
 ];
 
-/// Of (arctan t / t - 1) / t^2 in powers of t^2, for t up to 1/32.
-const ATAN: [f64; 5] = [-1.0 / 3.0, 1.0 / 5.0, -1.0 / 7.0, 1.0 / 9.0, -1.0 / 11.0];
-
-/// Arc tangents of sixteenths.
-const ARCS: [f64; 17] = [
-    0.0,
-    0.062_418_809_995_957_35,
-    0.124_354_994_546_761_44,
-    0.185_347_949_995_694_76,
-    0.244_978_663_126_864_14,
-    0.302_884_868_374_971_4,
-    0.358_770_670_270_572_25,
-    0.412_410_441_597_387_3,
-    0.463_647_609_000_806_1,
-    0.512_389_460_310_737_7,
-    0.558_599_315_343_562_4,
-    0.602_287_346_134_964_2,
-    0.643_501_108_793_284_4,
-    0.682_316_554_874_748_1,
-    0.718_829_999_621_624_5,
-    0.753_151_280_962_194_4,
-    FRAC_PI_4,
+/// Of (arctan t / t - 1) / t^2 in powers of t^2, for t up to 1/2: the polynomial of this length whose largest error is
+/// least, 4e-18 of the arc tangent.
+const ATAN: [[f64; 4]; 3] = [
+    [-0.333_333_333_333_329_93, 0.199_999_999_999_056_35, -0.142_857_142_765_894_67, 0.111_111_106_678_157_95],
+    [-0.090_908_964_356_567_58, 0.076_920_767_147_751_02, -0.066_638_375_623_787_29, 0.058_584_712_298_770_714],
+    [-0.051_227_321_072_313_314, 0.041_884_429_249_506_985, -0.027_464_642_045_747_716, 0.010_136_728_199_701_751],
 ];
 
 #[cfg(test)]
@@ -173,6 +183,17 @@ mod tests {
             let y = y * [1e-9, 1e-3, 1e-1, 1.0, 1e1, 1e3, 1e9][(scale + 3) as usize];
             let (got, expected) = (atan2(y, x), libm::atan2(y, x));
             prop_assert!(close(got, expected, 2), "{y:e} / {x:e}: {got:e} {expected:e}");
+        }
+
+        /// Two by two they are what they are one by one, and with the other sign of y of the other sign: to the bit.
+        #[test]
+        fn arc_tangents_are_the_same_in_any_company(numbers in prop::array::uniform6(-1.0..1.0f64), scale in 0..5i32) {
+            let [y, x, other_y, other_x, third_y, third_x] = numbers;
+            let scale = [1e-310, 1e-90, 1.0, 1e90, 1e300][scale as usize];
+            let points = [(y * scale, x * scale), (-y * scale, x * scale), (other_y, other_x * 1e-5), (third_y * 1e-5, third_x)];
+            let together = atan2_each(points).map(f64::to_bits);
+            prop_assert_eq!(together, points.map(|(y, x)| atan2(y, x).to_bits()));
+            prop_assert_eq!(together[1], together[0] ^ (1 << 63));
         }
 
         #[test]

@@ -1,6 +1,7 @@
 //! What an agent keeps between steps, whichever UAV it is; and how a UAV decides from it.
 
 use crate::agent::{Diagnostics, LookAt, Step};
+use crate::angle::Angle;
 use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::membership::OnDuty;
@@ -107,7 +108,8 @@ impl Mind {
                 orbit_is_feasible: group.is_none_or(Group::is_feasible),
                 spacing_error_rad,
                 separation_m: group.and_then(|group| {
-                    let others = self.teammates(id, group).map(|mate| mate.state.position.distance_m(own.position));
+                    let mates = self.teammates(id, group);
+                    let others = mates.map(|(mate, _)| mate.state.position.distance_m(own.position));
                     others.reduce(f64::min)
                 }),
                 unassigned_targets: self.picture.unassigned,
@@ -117,18 +119,26 @@ impl Mind {
         }
     }
 
-    /// The other UAVs of a group.
-    fn teammates<'a>(&'a self, id: UavId, group: &'a Group) -> impl Iterator<Item = &'a OnDuty> {
-        self.scratch.on_duty.iter().filter(move |mate| mate.group == Some(group.id) && mate.uav != id)
+    /// The other UAVs of a group, and their phases on its orbit.
+    fn teammates<'a>(&'a self, id: UavId, group: &'a Group) -> impl Iterator<Item = (&'a OnDuty, Angle)> {
+        let crew = self.scratch.on_duty.iter().zip(self.scratch.phases.iter().copied());
+        crew.filter(move |(mate, _)| mate.group == Some(group.id) && mate.uav != id)
+    }
+
+    /// The phase of a UAV on its group's orbit: known already, if it is where it said.
+    fn phase(&self, id: UavId, position: Position, orbit: &Orbit) -> Angle {
+        let mut crew = self.scratch.on_duty.iter().zip(&self.scratch.phases);
+        let said = crew.find(|(mate, _)| mate.uav == id && mate.state.position == position);
+        said.map_or_else(|| orbit.phase(position), |(_, phase)| *phase)
     }
 
     fn fly_orbit(&self, id: UavId, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
         let guidance = &self.params.guidance;
         let orbit = group.orbit(&self.params);
-        let phase = orbit.phase(own.position);
+        let phase = self.phase(id, own.position, &orbit);
         let is_away = |position: Position| is_in_transit(position.distance_m(orbit.centre), orbit.distance_m);
-        let others = self.teammates(id, group).filter(|mate| !is_away(mate.state.position));
-        let others = others.map(|mate| (mate.uav, orbit.phase(mate.state.position)));
+        let others = self.teammates(id, group).filter(|(mate, _)| !is_away(mate.state.position));
+        let others = others.map(|(mate, phase)| (mate.uav, phase));
         let error_rad = match is_away(own.position) {
             true => 0.0,
             false => spacing_error_rad((id, phase), others, guidance.separation_rad, guidance.sense),

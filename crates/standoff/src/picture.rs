@@ -3,13 +3,14 @@
 //! A picture is a function of the picture before it and of what was said in between; whose agent computes it makes no
 //! difference, not in a single bit.
 
+use crate::angle::Angle;
 use crate::coordination::Roster;
 use crate::coordination::assignment::{Duty, Hand, Site, assign};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::{Before, Group, GroupId};
 use crate::coordination::membership::{Buffers, Known, OnDuty, Settling};
 use crate::estimation::track::{Look, Track, TrackStatus};
-use crate::frame::Position;
+use crate::frame::{Displacement, Position};
 use crate::inbox::Inbox;
 use crate::target::{TargetId, Transition};
 use crate::team::TeamParams;
@@ -61,6 +62,8 @@ pub(crate) struct Scratch {
     looks: Vec<Look>,
     /// The team now, and whom each serves.
     pub(crate) on_duty: Vec<OnDuty>,
+    /// The direction from its group's centre to each of them; of no meaning for who serves none.
+    pub(crate) phases: Vec<Angle>,
     /// Who belonged where at the last instant, as places of now.
     roster_before: Roster,
     buffers: Buffers,
@@ -291,12 +294,28 @@ impl Picture {
         for (on_duty, duty) in scratch.on_duty.iter_mut().zip(&self.crew) {
             on_duty.group = Some(duty.group);
         }
+        self.find_phases(scratch);
         for group in &mut self.groups {
             let id = group.id;
             let crew = scratch.on_duty.iter().filter(|on_duty| on_duty.group == Some(id)).copied();
             group.judge(crew, self.time - previous.time, params);
             let kinds = group.alarm(&params.group);
             scratch.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, group.id)));
+        }
+    }
+
+    /// Where about its group each UAV of the crew is.
+    fn find_phases(&self, scratch: &mut Scratch) {
+        let from_centre = |on_duty: &OnDuty| {
+            let group = on_duty.group.and_then(|group| self.group(group));
+            let centre = group.map_or(Position::ORIGIN, |group| group.centre.estimate().state.position());
+            on_duty.state.position - centre
+        };
+        scratch.phases.clear();
+        // By twos, which are worked on side by side; a last one alone beside itself.
+        for pair in scratch.on_duty.chunks(2) {
+            let both = [&pair[0], &pair[pair.len() - 1]].map(from_centre);
+            scratch.phases.extend(Displacement::direction_each(both).into_iter().take(pair.len()));
         }
     }
 }

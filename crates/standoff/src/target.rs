@@ -44,16 +44,19 @@ impl TargetState {
     }
 
     /// Position in the world frame.
+    #[inline]
     pub fn position(&self) -> Position {
         Position::from_m(self.0[0], self.0[3])
     }
 
     /// Velocity in the world frame.
+    #[inline]
     pub fn velocity(&self) -> Velocity {
         Velocity::from_m_s(self.0[1], self.0[4])
     }
 
     /// Acceleration east and north, m/s2.
+    #[inline]
     pub fn acceleration_m_s2(&self) -> [f64; 2] {
         [self.0[2], self.0[5]]
     }

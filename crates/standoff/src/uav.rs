@@ -9,6 +9,8 @@
 //! Erratum: at the paper's 0.5 s the Euler step (4) of the heading loop is only marginally stable. Holding the command
 //! and solving (1) exactly over the step is the default; Euler stays selectable.
 
+use core::array::from_fn;
+
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::math;
@@ -173,8 +175,13 @@ impl UavParams {
         let pieces = (0.5 * dt_s / lag_s).ceil().clamp(1.0, 1000.0);
         let piece_s = dt_s / pieces;
         let pieces = (0..pieces as u32).map(|piece| {
-            GAUSS_LEGENDRE
-                .map(|(node, weight)| (0.5 * weight * piece_s, after((f64::from(piece) + 0.5 + 0.5 * node) * piece_s)))
+            let instants = GAUSS_LEGENDRE.map(|(node, _)| after((f64::from(piece) + 0.5 + 0.5 * node) * piece_s));
+            Piece {
+                weight_s: GAUSS_LEGENDRE.map(|(_, weight)| 0.5 * weight * piece_s),
+                t_s: instants.map(|at| at.t_s),
+                speed_decay: instants.map(|at| at.speed_decay),
+                lagged_s: instants.map(|at| at.lagged_s),
+            }
         });
         Response { params: *self, pieces: pieces.collect(), end: after(dt_s) }
     }
@@ -203,9 +210,18 @@ impl UavParams {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     params: UavParams,
-    /// Weights, s, and instants of a quadrature over each piece of the time.
-    pieces: Vec<[(f64, Instant); GAUSS_LEGENDRE.len()]>,
+    pieces: Vec<Piece>,
     end: Instant,
+}
+
+/// The quadrature over a piece of the time: weights, and what its instants are like; by columns, to be worked on side by
+/// side.
+#[derive(Debug, Clone, PartialEq)]
+struct Piece {
+    weight_s: [f64; GAUSS_LEGENDRE.len()],
+    t_s: [f64; GAUSS_LEGENDRE.len()],
+    speed_decay: [f64; GAUSS_LEGENDRE.len()],
+    lagged_s: [f64; GAUSS_LEGENDRE.len()],
 }
 
 /// What is left of the difference between state and command after some time.
@@ -230,25 +246,28 @@ impl Response {
     }
 
     fn step_exact(&self, state: &UavState, command: Command) -> UavState {
+        let end = &self.end;
         let speed_excess = state.speed_m_s - command.speed_m_s;
         let turn_excess = state.turn_rate_rad_s - command.turn_rate_rad_s;
         let heading_rad =
-            |at: &Instant| state.heading.rad() + command.turn_rate_rad_s * at.t_s + turn_excess * at.lagged_s;
-        let speed_m_s = |at: &Instant| command.speed_m_s + speed_excess * at.speed_decay;
+            |t_s: f64, lagged_s: f64| state.heading.rad() + command.turn_rate_rad_s * t_s + turn_excess * lagged_s;
+        let speed_m_s = |decay: f64| command.speed_m_s + speed_excess * decay;
         let (mut x_m, mut y_m) = (0.0, 0.0);
         for piece in &self.pieces {
-            let directions = math::sin_cos_each(piece.map(|(_, at)| heading_rad(&at)));
-            for ((weight_s, at), (sin, cos)) in piece.iter().zip(directions) {
-                let way_m = weight_s * speed_m_s(at);
+            let Piece { weight_s, t_s, speed_decay, lagged_s } = piece;
+            let directions =
+                math::sin_cos_each::<{ GAUSS_LEGENDRE.len() }>(from_fn(|i| heading_rad(t_s[i], lagged_s[i])));
+            for (i, (sin, cos)) in directions.into_iter().enumerate() {
+                let way_m = weight_s[i] * speed_m_s(speed_decay[i]);
                 x_m += way_m * cos;
                 y_m += way_m * sin;
             }
         }
         UavState {
             position: state.position + Displacement::from_m(x_m, y_m),
-            heading: Angle::from_rad(heading_rad(&self.end)),
-            speed_m_s: speed_m_s(&self.end),
-            turn_rate_rad_s: command.turn_rate_rad_s + turn_excess * self.end.turn_decay,
+            heading: Angle::from_rad(heading_rad(end.t_s, end.lagged_s)),
+            speed_m_s: speed_m_s(end.speed_decay),
+            turn_rate_rad_s: command.turn_rate_rad_s + turn_excess * end.turn_decay,
         }
     }
 

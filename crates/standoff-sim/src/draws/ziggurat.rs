@@ -6,8 +6,9 @@
 
 use std::sync::LazyLock;
 
-use rand_xoshiro::rand_core::Rng;
 use standoff::math;
+
+use super::SplitMix64;
 
 /// The area under the bell exp(-x^2 / 2), x > 0, is cut into so many layers of the same area.
 const LAYERS: usize = 256;
@@ -43,7 +44,7 @@ impl Ziggurat {
     }
 
     /// A standard normal.
-    pub(super) fn normal(&self, random: &mut impl Rng) -> f64 {
+    pub(super) fn normal(&self, random: &mut SplitMix64) -> f64 {
         loop {
             let bits = random.next_u64();
             // Eight bits for the layer, the highest 53 for the place in it, in [-1, 1).
@@ -60,7 +61,7 @@ impl Ziggurat {
 
     /// Not within the layer above: in the tail, or under the bell or not.
     #[cold]
-    fn at_the_edge(&self, layer: usize, x: f64, random: &mut impl Rng) -> Option<f64> {
+    fn at_the_edge(&self, layer: usize, x: f64, random: &mut SplitMix64) -> Option<f64> {
         let mut uniform = || (random.next_u64() >> 11) as f64 * 0.5 * UNIT;
         if layer == 0 {
             loop {
@@ -85,8 +86,6 @@ fn bell_at(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_xoshiro::SplitMix64;
-    use rand_xoshiro::rand_core::SeedableRng;
 
     /// What is left for the highest layer is a layer's area: the two constants belong together.
     #[test]
@@ -109,7 +108,7 @@ mod tests {
     /// Quantiles of the normal distribution, among them some of the tail, which moments hardly see.
     #[test]
     fn as_many_normals_lie_beyond_a_quantile_as_should() {
-        let mut random = SplitMix64::seed_from_u64(11);
+        let mut random = SplitMix64(11);
         let n = 1_000_000;
         let normals: Vec<f64> = (0..n).map(|_| Ziggurat::get().normal(&mut random)).collect();
         for (quantile, beyond) in [

@@ -222,8 +222,8 @@ impl Group {
         let spread = spread_of(&furthest.track.estimate().state, &at);
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 =
-            relative_covariance(furthest.track.estimate(), &centroid.mean.position_covariance(), centroid.members);
-        let margin_m = margin_m(params.margin, centre.innovation_distance, &relative_m2, furthest_rel_centre);
+            || relative_covariance(furthest.track.estimate(), &centroid.mean.position_covariance(), centroid.members);
+        let margin_m = margin_m(params.margin, centre.innovation_distance, relative_m2, furthest_rel_centre);
         let standoff = params.standoff.distance(spread, margin_m);
         let wanted = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,
@@ -362,7 +362,7 @@ fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &Tar
 pub(crate) fn margin_m(
     margin: Margin,
     innovation_distance: f64,
-    relative_m2: &Matrix2<f64>,
+    relative_m2: impl FnOnce() -> Matrix2<f64>,
     furthest_rel_centre: Displacement,
 ) -> f64 {
     match margin {
@@ -373,7 +373,7 @@ pub(crate) fn margin_m(
                 return 0.0;
             }
             let towards = furthest_rel_centre.vector() / distance_m;
-            let variance = towards.dot(&(relative_m2 * towards));
+            let variance = towards.dot(&(relative_m2() * towards));
             sds * variance.max(0.0).sqrt()
         }
     }

@@ -80,7 +80,11 @@ impl Known {
 
     /// The group is one of them.
     pub(crate) fn belongs_to(&self, group: GroupId) -> bool {
-        [self.group(), self.receiving_group()].contains(&Some(group))
+        match self.membership {
+            Membership::Member(own) => own == group,
+            Membership::Dwell(handoff) => handoff.from == Some(group) || handoff.to == group,
+            Membership::Unassigned | Membership::Discarded => false,
+        }
     }
 
     /// Where clustering has put it last: in dwell, the receiving group.

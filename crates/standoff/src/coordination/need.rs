@@ -31,9 +31,11 @@ impl Need {
         let (centroid, members) = mean_state(places.clone().map(estimate))?;
         let centre = centroid.position();
         let furthest = furthest_from(centre, known, places.clone())?;
-        let centroid_m2 = mean_position_covariance(places.map(estimate), members);
-        let relative_m2 = relative_covariance(estimate(furthest), &centroid_m2, members);
-        let margin_m = margin_m(params.margin, 0.0, &relative_m2, known[furthest].position() - centre);
+        let relative_m2 = || {
+            let centroid_m2 = mean_position_covariance(places.map(estimate), members);
+            relative_covariance(estimate(furthest), &centroid_m2, members)
+        };
+        let margin_m = margin_m(params.margin, 0.0, relative_m2, known[furthest].position() - centre);
         let standoff = params.standoff.distance(spread_of(&estimate(furthest).state, &centroid), margin_m);
         Some(Self { members, centroid, furthest, standoff })
     }
@@ -63,5 +65,5 @@ impl Need {
 /// The place of the target furthest from a centre; of equally far ones the last.
 pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
     let measured = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
-    measured.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
+    measured.reduce(|furthest, next| if next.0 < furthest.0 { furthest } else { next }).map(|(_, index)| index)
 }

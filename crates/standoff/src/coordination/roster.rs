@@ -1,7 +1,7 @@
 //! Which targets belong to which group.
 
 use crate::coordination::group::GroupId;
-use crate::coordination::membership::Known;
+use crate::coordination::membership::{Known, Membership};
 
 /// Places of the known targets by group, ascending; a target in dwell is there twice.
 #[derive(Debug, Clone, Default)]
@@ -14,8 +14,14 @@ impl Roster {
     pub(crate) fn fill(&mut self, known: &[Known]) {
         self.entries.clear();
         for (index, target) in known.iter().enumerate() {
-            self.entries.extend(target.group().map(|group| (group, index)));
-            self.entries.extend(target.receiving_group().map(|group| (group, index)));
+            match target.membership {
+                Membership::Member(group) => self.entries.push((group, index)),
+                Membership::Dwell(handoff) => {
+                    self.entries.extend(handoff.from.map(|group| (group, index)));
+                    self.entries.push((handoff.to, index));
+                }
+                Membership::Unassigned | Membership::Discarded => {}
+            }
         }
         if !self.entries.is_sorted() {
             self.entries.sort_unstable();

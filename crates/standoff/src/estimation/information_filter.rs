@@ -14,7 +14,7 @@ use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
 use crate::covariance::{Covariance, OWN};
 use crate::frame::Position;
-use crate::sensor::{self, RangeBearing, SensorParams};
+use crate::sensor::{self, RANGE_MIN_M, RangeBearing, SensorParams};
 use crate::target::{TargetState, Transition};
 
 /// What measurements of one instant add to the information about a target's position.
@@ -32,21 +32,34 @@ impl Contribution {
     /// Implements the summands of Eq. (10), (11); the bearing's innovation wraps. Nothing where the Jacobian does not
     /// exist.
     pub fn of_measurement(sensor: &SensorParams, uav: Position, z: &RangeBearing, predicted: Position) -> Contribution {
-        let expected = sensor::measure(uav, predicted);
-        let Some(h) = sensor::jacobian_at(expected.range_m, predicted - uav) else { return Contribution::default() };
-        let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
-        let mut sum = Contribution::default();
-        // R is diagonal: range and bearing tell one by one.
-        for (row, weight) in sensor.noise_weights().into_iter().enumerate() {
-            let (h_x, h_y) = (h[(row, 0)], h[(row, 1)]);
-            let (told_x, told_y) = (weight * h_x, weight * h_y);
-            let told = nu[row] + (h_x * predicted.x_m() + h_y * predicted.y_m());
-            sum += Contribution {
-                information: Matrix2::new(told_x * h_x, told_x * h_y, told_x * h_y, told_y * h_y),
-                vector: Vector2::new(told_x * told, told_y * told),
+        let [contribution] = Self::of_measurements(sensor, [(uav, z)], predicted);
+        contribution
+    }
+
+    /// What several measurements of one target say, each from its own UAV: the same as one by one, in less time.
+    pub(crate) fn of_measurements<const N: usize>(
+        sensor: &SensorParams,
+        measurements: [(Position, &RangeBearing); N],
+        predicted: Position,
+    ) -> [Contribution; N] {
+        let targets_rel_uav = measurements.map(|(uav, _)| predicted - uav);
+        let expected = sensor::measure_each(targets_rel_uav);
+        let weights = sensor.noise_weights();
+        core::array::from_fn(|i| {
+            let ((_, z), expected) = (measurements[i], expected[i]);
+            // Where the Jacobian does not exist, what is told weighs nothing.
+            let weights = if expected.range_m >= RANGE_MIN_M { weights } else { [0.0; 2] };
+            let [range, bearing] = sensor::jacobian_rows(expected.range_m.max(RANGE_MIN_M), targets_rel_uav[i]);
+            let told = |h: Vector2<f64>, nu: f64, weight: f64| {
+                let told = h * weight;
+                let information = Matrix2::new(told.x * h.x, told.x * h.y, told.x * h.y, told.y * h.y);
+                Contribution { information, vector: told * (nu + h.dot(&predicted.vector())) }
             };
-        }
-        sum
+            // R is diagonal: range and bearing tell one by one.
+            let mut sum = told(range, z.range_m - expected.range_m, weights[0]);
+            sum += told(bearing, (z.bearing - expected.bearing).rad(), weights[1]);
+            sum
+        })
     }
 
     /// What a directly measured position with covariance `covariance` (m2) says. Nothing if that is singular.

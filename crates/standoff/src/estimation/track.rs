@@ -175,8 +175,11 @@ impl Track {
 /// Implements the sums of Eq. (10), (11); their order is the looks' order.
 fn fused(sensor: &SensorParams, looks: &[Look], linearised_at: Position) -> Contribution {
     let mut sum = Contribution::default();
-    for look in looks {
-        sum += Contribution::of_measurement(sensor, look.uav, &look.measurement, linearised_at);
+    // By twos, which are worked on side by side; a last one alone beside itself.
+    for pair in looks.chunks(2) {
+        let both = [&pair[0], &pair[pair.len() - 1]].map(|look| (look.uav, &look.measurement));
+        let contributions = Contribution::of_measurements(sensor, both, linearised_at);
+        contributions.into_iter().take(pair.len()).for_each(|contribution| sum += contribution);
     }
     sum
 }
@@ -242,6 +245,22 @@ mod tests {
 
     fn transition() -> Transition {
         params().target.transition(Duration::from_s(0.5))
+    }
+
+    /// Whether one, two or three UAVs looked, and though the last is so near that its measurement tells nothing.
+    #[test]
+    fn what_all_looks_say_is_the_sum_of_what_each_says() {
+        let (sensor, at) = (params().sensor, Position::from_m(110.0, 50.0));
+        let uavs = [(-200.0, -100.0), (300.0, 20.0), (110.1, 50.2)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
+        let looks = uavs.map(|uav| Look { uav, measurement: measure(uav, Position::from_m(115.0, 45.0)) });
+        for n in 1..=looks.len() {
+            let mut sum = Contribution::default();
+            for look in &looks[..n] {
+                sum += Contribution::of_measurement(&sensor, look.uav, &look.measurement, at);
+            }
+            assert_eq!(fused(&sensor, &looks[..n], at), sum);
+        }
+        assert_eq!(fused(&sensor, &looks[2..], at), Contribution::default());
     }
 
     #[test]
