@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
 use standoff_sim::scenario::{Problem, ScenarioError};
+use standoff_sim::text;
 
 /// Why the command did not do what was asked.
 pub(crate) enum Failure {
@@ -34,7 +35,7 @@ impl Failure {
         let (message, status) = match self {
             Self::Input(message) => (message, 2),
             Self::Scenario(error) => {
-                error.problems.iter().for_each(|problem| note(&drawn(problem)));
+                error.problems.iter().for_each(|problem| say(&drawn(problem)));
                 return ExitCode::from(2);
             }
             Self::Running(message) => (message, 1),
@@ -47,11 +48,11 @@ impl Failure {
 
 /// A problem, drawn under what was typed; where that is not known, in a line.
 fn drawn(problem: &Problem) -> String {
-    let Some(excerpt) = &problem.excerpt else { return format!("error: {problem}") };
+    let Some(excerpt) = &problem.excerpt else { return text::lines(&format!("error: {problem}")) };
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
     let typed = Snippet::source(&*excerpt.text)
-        .path(problem.file.as_str())
+        .path(text::escaped(&problem.file))
         .annotation(AnnotationKind::Primary.span(excerpt.span.clone()));
     let told = Level::ERROR.primary_title(problem.message.as_str()).element(typed);
     let help = problem.help.as_deref().map(|help| Level::HELP.message(help));
@@ -73,7 +74,12 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Says something beside the results, on standard error. Where that is closed, nobody wants to know.
+/// Says something beside the results, on standard error, whatever names it repeats.
 pub(crate) fn note(text: &str) {
+    say(&text::lines(text));
+}
+
+/// Prints to standard error. Where that is closed, nobody wants to know.
+fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }

@@ -50,6 +50,55 @@ fn check_refused(folder: &Path, args: &[&str], expected: &[&str]) {
     assert_eq!(names(folder), before, "{args:?} left something behind");
 }
 
+/// Of a scenario, everything that is wrong is drawn: more than a line.
+#[track_caller]
+fn check_scenario(bytes: &[u8], expected: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("f.toml"), bytes).unwrap();
+    let output = standoff(folder.path(), &["run", "f.toml"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{:?} {message}", output.status);
+    assert!(output.stdout.is_empty() && message.starts_with("error: "), "{message}");
+    assert!(message.chars().count() <= 20_000 && !message.contains("panicked"), "{message}");
+    assert!(!message.chars().any(|c| c != '\n' && c.is_control() || c == '\u{202e}'), "{message:?}");
+    for expected in expected {
+        assert!(message.contains(expected), "{message}");
+    }
+    assert_eq!(names(folder.path()), ["f.toml"], "something is left behind");
+}
+
+#[test]
+fn scenarios_that_are_none_are_refused() {
+    let nested = |open: &str| format!("a = {}", open.repeat(100_000)).into_bytes();
+    let targets = b"[[targets.at]]\nvx_m_s = 3\n".as_slice();
+    let with = |text: &str| [text.as_bytes(), b"\n", targets].concat();
+    check_scenario(b"", &["f.toml: targets: no targets; give [targets.scatter], [[targets.at]] or [traffic]"]);
+    check_scenario(&nested("["), &["f.toml:1:85", "cannot recurse further"]);
+    check_scenario(&nested("{b="), &["f.toml:1:", "cannot recurse further"]);
+    check_scenario(&b"[".repeat(100_000), &["f.toml:1:"]);
+    check_scenario(&vec![0; 1000], &["f.toml:1:1"]);
+    check_scenario(&utf_16("duration_s = 3"), &["UTF-16 text", "save it again"]);
+    check_scenario(&[b"\xff\xfe".as_slice(), &utf_16("a = 3")].concat(), &["UTF-16 text"]);
+    check_scenario(&vec![b' '; 5 << 20], &["it has 5120 KiB; at most 4096 KiB"]);
+    check_scenario(&with(&format!("about = {}", "x".repeat(4_000_000))), &["f.toml:1:9", "not a value"]);
+    check_scenario(&with(&format!("{} = 3", "x".repeat(4_000_000))), &["there is no such key", "xxx..."]);
+    check_scenario(&with("about = \"\u{1b}[2J\""), &["f.toml:1:10"]);
+    check_scenario(&with("\"\\u001b[2J\\u202e\" = 3"), &["\\u{1b}[2J\\u{202e}: there is no such key"]);
+    check_scenario(&with("[guidance]\nlead = \"\\u001b[2J\""), &["guidance.lead = \"\\u{1b}[2J\": must be"]);
+    check_scenario(&with("about = \"a\\u001b[2J\""), &["about = \"a\\u{1b}[2J\": must be one line"]);
+    check_scenario(&with("duration_s = nan"), &["duration_s = nan: must be a finite number"]);
+    check_scenario(&with("duration_s = -inf"), &["duration_s = -inf: must be a finite number"]);
+    check_scenario(&with("duration_s = 1e999"), &["f.toml:1:14", "1e999: too large"]);
+    check_scenario(&with("duration_s = 99999999999999999999"), &["f.toml:1:14", "99999999999999999999: too large"]);
+    check_scenario(&with("duration_s = 1\nduration_s = 2"), &["f.toml:2:1", "duplicate key"]);
+    check_scenario(&with(&"a = 3\r\n".repeat(50_000)), &["f.toml:1:1"]);
+    check_scenario(&"[[targets.at]]\nz = 1\n".repeat(10_000).into_bytes(), &["f.toml:2:1", "targets.at.0.z"]);
+    check_scenario(
+        b"[traffic]\nfile = \"../\\u001bx<img onerror=1>\"",
+        &["../\\u{1b}x<img onerror=1>", "No such file"],
+    );
+}
+
 #[track_caller]
 fn check_traffic(bytes: &[u8], expected: &str) {
     let folder = tempfile::tempdir().unwrap();

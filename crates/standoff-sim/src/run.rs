@@ -74,9 +74,13 @@ struct Uav {
 }
 
 impl<'a> Mission<'a> {
-    /// A mission at its start.
+    /// A mission at its start; all that is out of range, also at this period, is reported at once.
     pub fn new(scenario: &'a Scenario) -> Result<Self, Vec<ParamError>> {
         let Settings { period, team, .. } = &scenario.settings;
+        let errors = team.uav.errors_over(*period);
+        if !errors.is_empty() {
+            return Err(errors);
+        }
         let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav {
             id: UavId(id),
             state: *state,

@@ -39,7 +39,7 @@ impl Mind {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let no_time = params.track.target.transition(Duration::ZERO);
+        let no_time = params.track.transition(Duration::ZERO);
         Ok(Self {
             params,
             previous: Picture::default(),
@@ -72,7 +72,7 @@ impl Mind {
         let dt = if self.started { now - self.previous.time } else { Duration::ZERO };
         self.started = true;
         if dt != self.transition.dt {
-            self.transition = self.params.track.target.transition(dt);
+            self.transition = self.params.track.transition(dt);
         }
         self.picture.time = now;
         self.inbox.open(now);

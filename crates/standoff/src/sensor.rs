@@ -38,16 +38,16 @@ pub struct RangeBearing {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorParams {
-    /// Standard deviation of the range, sigma_r, m; above 0.
+    /// Standard deviation of the range, sigma_r, m; 0.001 to 100,000.
     #[doc(alias = "sigma_r")]
     pub range_sd_m: f64,
-    /// Standard deviation of the bearing, sigma_theta, rad; above 0.
+    /// Standard deviation of the bearing, sigma_theta, rad; 0.000001 to pi.
     #[doc(alias = "sigma_theta")]
     pub bearing_sd_rad: f64,
-    /// Field of view, alpha_f, rad; above 0, at most a whole turn.
+    /// Field of view, alpha_f, rad; at least 0.001, at most a whole turn.
     #[doc(alias = "alpha_f")]
     pub field_of_view_rad: f64,
-    /// Furthest range at which a target is seen, m; above 0.
+    /// Furthest range at which a target is seen, m; above [`RANGE_MIN_M`], at most 1,000,000.
     pub sensing_range_m: f64,
 }
 
@@ -57,7 +57,7 @@ impl SensorParams {
         let mut errors = Vec::new();
         Allowed::at_least(1e-3).at_most(1e5).check("range_sd_m", self.range_sd_m, &mut errors);
         Allowed::at_least(1e-6).at_most(math::PI).check("bearing_sd_rad", self.bearing_sd_rad, &mut errors);
-        let view = Allowed::above(0.0).at_most(math::TAU);
+        let view = Allowed::at_least(1e-3).at_most(math::TAU);
         view.check("field_of_view_rad", self.field_of_view_rad, &mut errors);
         Allowed::above(RANGE_MIN_M).at_most(1e6).check("sensing_range_m", self.sensing_range_m, &mut errors);
         errors

@@ -75,10 +75,11 @@ impl TargetState {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetParams {
-    /// Correlation rate of the acceleration, alpha, 1/s; at least 0 (0: constant acceleration).
+    /// Correlation rate of the acceleration, alpha, 1/s; at least 0 (0: constant acceleration),
+    /// at most 100.
     #[doc(alias = "alpha")]
     pub correlation_rate_1_s: f64,
-    /// Standard deviation of the acceleration per axis, sigma_a, m/s2; at least 0.
+    /// Standard deviation of the acceleration per axis, sigma_a, m/s2; at least 0, at most 100.
     #[doc(alias = "sigma_a")]
     pub acceleration_sd_m_s2: f64,
 }
@@ -89,7 +90,7 @@ impl TargetParams {
         let mut errors = Vec::new();
         let rate = Allowed::at_least(0.0).at_most(100.0);
         rate.check("correlation_rate_1_s", self.correlation_rate_1_s, &mut errors);
-        let sd = Allowed::at_least(0.0).at_most(1000.0);
+        let sd = Allowed::at_least(0.0).at_most(100.0);
         sd.check("acceleration_sd_m_s2", self.acceleration_sd_m_s2, &mut errors);
         errors
     }

@@ -99,20 +99,20 @@ pub enum Integrator {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UavParams {
-    /// Nominal speed v_0, which is also the desired speed v_d, m/s; above 0.
+    /// Nominal speed v_0, which is also the desired speed v_d, m/s; 1 to 1,000.
     #[doc(alias = "v_0")]
     #[doc(alias = "v_d")]
     pub speed_m_s: f64,
     /// Largest change of the speed command, dv_max, m/s; at least 0, below `speed_m_s`.
     #[doc(alias = "dv_max")]
     pub speed_change_max_m_s: f64,
-    /// Largest turn rate command, omega_max, rad/s; above 0.
+    /// Largest turn rate command, omega_max, rad/s; 0.001 (a turn in 105 minutes) to 10.
     #[doc(alias = "omega_max")]
     pub turn_rate_max_rad_s: f64,
-    /// Lag of the speed, tau_v, s; above 0.
+    /// Lag of the speed, tau_v, s; 0.001 to 60.
     #[doc(alias = "tau_v")]
     pub speed_lag_s: f64,
-    /// Lag of the turn rate, tau_omega, s; above 0.
+    /// Lag of the turn rate, tau_omega, s; 0.001 to 60.
     #[doc(alias = "tau_omega")]
     pub turn_rate_lag_s: f64,
     /// Exact or Euler.
@@ -128,16 +128,28 @@ impl UavParams {
     /// Every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
-        Allowed::above(0.0).at_most(1000.0).check("speed_m_s", self.speed_m_s, &mut errors);
+        Allowed::at_least(1.0).at_most(1000.0).check("speed_m_s", self.speed_m_s, &mut errors);
         Allowed::at_least(0.0).below(self.speed_m_s).because("the UAV must keep flying: below speed_m_s").check(
             "speed_change_max_m_s",
             self.speed_change_max_m_s,
             &mut errors,
         );
-        Allowed::above(0.0).at_most(10.0).check("turn_rate_max_rad_s", self.turn_rate_max_rad_s, &mut errors);
+        Allowed::at_least(1e-3).at_most(10.0).check("turn_rate_max_rad_s", self.turn_rate_max_rad_s, &mut errors);
         let lag = Allowed::at_least(1e-3).at_most(60.0);
         lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
         lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
+        errors
+    }
+
+    /// Every parameter that is out of range where commands are held for `dt`: with a lag shorter than half of that, an
+    /// Euler step (4) overshoots the command by more than it began with, and states grow without bound.
+    pub fn errors_over(&self, dt: Duration) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        if self.integrator == Integrator::Euler {
+            let lag = Allowed::at_least(0.5 * dt.s()).because("an Euler step needs half the period or more");
+            lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
+            lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
+        }
         errors
     }
 

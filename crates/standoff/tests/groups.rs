@@ -92,6 +92,27 @@ fn a_lost_uav_is_replaced_and_may_come_back() {
     assert_eq!((team.agents[0].picture().groups.len(), team.agents[0].picture().crew.len()), (2, 4));
 }
 
+/// The margin is in metres: so many standard deviations of where the furthest of a pair is from their centroid, along the
+/// line between them. Relative to the centroid of two, each has a quarter of the sum of both covariances.
+#[test]
+fn the_margin_is_so_many_standard_deviations_along_the_line_to_the_furthest() {
+    let mut params = TeamParams::table_1();
+    params.group.centre = CentreEstimate::Centroid;
+    params.group.margin = Margin::StandardDeviations(2.0);
+    let mut agent = Agent::new(UavId(0), params).unwrap();
+    let own = Team::new(1, 0).states[0];
+    let cue = |id, position, position_sd_m| {
+        let (target, time, velocity) = (TargetId(id), Time::START, Velocity::ZERO);
+        Message::Cue(Cue { target, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
+    };
+    let cues = [cue(0, Position::from_m(0.0, 0.0), 16.0), cue(1, Position::from_m(120.0, 90.0), 12.0)];
+    agent.step(Time::START, &own, Scan::default(), &cues);
+    let group = &agent.picture().groups[0];
+    // Half of the root of 16^2 + 12^2 m, twice.
+    assert!((group.margin_m - 20.0).abs() < 1e-9, "{}", group.margin_m);
+    assert!((group.standoff.unclamped_m - 2.0 * (75.0 + 20.0)).abs() < 1e-9, "{:?}", group.standoff);
+}
+
 /// The groups fly at altitudes of their own.
 #[test]
 fn each_group_has_its_own_altitude() {

@@ -8,9 +8,13 @@ use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::KEYS;
+use crate::text::quoted;
 
 /// Longer missions than this are refused: a record of them would fill the disk.
 const TICKS_MAX: f64 = 10_000_000.0;
+
+/// Longest line that says what a scenario shows, characters.
+const ABOUT_MAX: usize = 1_000;
 
 /// Checks how the mission is flown: the simulator's own ranges here, the rest in the library.
 pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &mut Problems) {
@@ -30,6 +34,13 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &
     problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::at_least(1e-3).at_most(1e3));
     for error in team.errors() {
         problems.add_param(&error);
+    }
+}
+
+/// Checks what is shown of the scenario.
+pub(super) fn check_about(file: &ScenarioFile, problems: &mut Problems) {
+    if file.about.chars().any(char::is_control) || file.about.chars().count() > ABOUT_MAX {
+        problems.add("about".to_owned(), format!("must be one line of at most {ABOUT_MAX} characters"));
     }
 }
 
@@ -214,6 +225,7 @@ impl Problems {
                 Some(toml::Value::Float(value)) if value.abs() >= 1e15 || value.abs() < 1e-6 => {
                     format!("{key} = {value:e}: {what}")
                 }
+                Some(toml::Value::String(text)) => format!("{key} = {}: {what}", quoted(&text)),
                 Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}: {what}"),
                 _ => format!("{key}: {what}"),
             };

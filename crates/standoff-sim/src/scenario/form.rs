@@ -2,6 +2,7 @@
 //!
 //! A value that cannot be taken is told of and left out, and reading goes on without it: so everything is found at once.
 
+use serde_path_to_error::{Path, Segment};
 use toml::{Table, Value};
 
 use super::file::ScenarioFile;
@@ -29,7 +30,7 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
             Ok(file) => return (Some(file), mistakes),
             Err(error) => error,
         };
-        let key = error.path().to_string().replace('[', ".").replace(']', "");
+        let key = dotted(error.path());
         // The library adds a line that says where; the key says it better.
         let inner = error.into_inner().to_string();
         let value = lookup(&table, &key).cloned();
@@ -42,6 +43,16 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
         }
     }
     (None, mistakes)
+}
+
+/// `uavs.at.1.x_m`.
+fn dotted(path: &Path) -> String {
+    let parts = path.iter().filter_map(|segment| match segment {
+        Segment::Map { key } => Some(key.clone()),
+        Segment::Seq { index } => Some(index.to_string()),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    });
+    parts.collect::<Vec<_>>().join(".")
 }
 
 /// What is wrong with a key, and what may have been meant, from what the library says of it.

@@ -1,6 +1,7 @@
 //! From a scenario's text and what the command line changes about it to its typed form.
 
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -158,6 +159,13 @@ impl Origin {
         }
     }
 
+    /// A problem with a part of the text that cannot be read.
+    fn broken(&self, span: Range<usize>, message: String) -> Problem {
+        let place = Some(place_of(&self.text, span.start));
+        let excerpt = Some(Excerpt { text: Arc::clone(&self.text), span });
+        Problem { file: self.label.clone(), place, excerpt, message, help: None }
+    }
+
     /// The command line gave this key, a table around it, or a part of it.
     fn edited(&self, key: &str) -> Option<&Edited> {
         self.edited.iter().find(|edited| related(&edited.key, key))
@@ -233,30 +241,62 @@ fn parse(origin: &Origin) -> (Table, Vec<Problem>) {
             }
             what => words(what),
         };
-        let excerpt = Some(Excerpt { text: Arc::clone(&origin.text), span });
-        problems.push(Problem { file: origin.label.clone(), place: Some(place), excerpt, message, help: None });
+        problems.push(origin.broken(span, message));
         if problems.len() == MISTAKES_MAX {
             break;
         }
     }
     let broken: Vec<usize> = problems.iter().filter_map(|problem| problem.place).map(|place| place.line).collect();
-    (understood(table.get_ref(), &|at| broken.contains(&place_of(&origin.text, at).line)), problems)
+    let mut reader = Understood { origin, broken, problems };
+    let table = reader.table(table.get_ref());
+    (table, reader.problems)
 }
 
-/// The keys of a table that have a value, without those that stand where something is broken.
-fn understood(table: &DeTable, is_broken: &impl Fn(usize) -> bool) -> Table {
-    let sound = table.iter().filter(|(key, value)| !is_broken(key.span().start) && !is_broken(value.span().start));
-    sound.filter_map(|(key, value)| Some((key.get_ref().to_string(), value_understood(value, is_broken)?))).collect()
+/// Takes over what has a value, and leaves out what stands where something is broken.
+struct Understood<'a> {
+    origin: &'a Origin,
+    /// Lines.
+    broken: Vec<usize>,
+    problems: Vec<Problem>,
 }
 
-fn value_understood(value: &Spanned<DeValue>, is_broken: &impl Fn(usize) -> bool) -> Option<Value> {
-    match value.get_ref() {
-        DeValue::Table(table) => Some(Value::Table(understood(table, is_broken))),
-        DeValue::Array(values) => {
-            let values = values.iter().map(|value| value_understood(value, is_broken));
-            values.collect::<Option<Vec<_>>>().map(Value::Array)
+impl Understood<'_> {
+    fn table(&mut self, table: &DeTable) -> Table {
+        let mut sound = Table::new();
+        for (key, value) in table {
+            if !self.is_broken(key.span().start)
+                && !self.is_broken(value.span().start)
+                && let Some(value) = self.value(value)
+            {
+                sound.insert(key.get_ref().to_string(), value);
+            }
         }
-        _ => Value::deserialize(ValueDeserializer::from(value.clone())).ok(),
+        sound
+    }
+
+    fn value(&mut self, value: &Spanned<DeValue>) -> Option<Value> {
+        match value.get_ref() {
+            DeValue::Table(table) => Some(Value::Table(self.table(table))),
+            DeValue::Array(values) => {
+                let values: Option<Vec<Value>> = values.iter().map(|value| self.value(value)).collect();
+                values.map(Value::Array)
+            }
+            _ => match Value::deserialize(ValueDeserializer::from(value.clone())) {
+                Ok(value) => Some(value),
+                Err(_) => {
+                    // Of what TOML takes for a value, only numbers can be more than we have room for.
+                    if self.problems.len() < MISTAKES_MAX {
+                        let typed = self.origin.text.get(value.span()).unwrap_or_default();
+                        self.problems.push(self.origin.broken(value.span(), format!("{}: too large", words(typed))));
+                    }
+                    None
+                }
+            },
+        }
+    }
+
+    fn is_broken(&self, at: usize) -> bool {
+        self.broken.contains(&place_of(&self.origin.text, at).line)
     }
 }
 

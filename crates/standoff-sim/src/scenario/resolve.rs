@@ -7,7 +7,7 @@ use std::sync::Arc;
 use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
 use super::builtin::BUILT_IN_TRAFFIC;
-use super::check::{Problems, check_settings, check_who};
+use super::check::{Problems, check_about, check_settings, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
 use super::load::Typed;
@@ -62,6 +62,7 @@ pub(super) fn checked(
     }
     fill_in(&mut file, traffic);
     let settings = settings(&file);
+    check_about(&file, &mut problems);
     check_who(&mut file, &mut problems);
     check_settings(&file, &settings.team, &mut problems);
     problems.report(typed, &file)?;

@@ -35,16 +35,19 @@ pub(super) struct Bound {
 }
 
 impl Bound {
-    /// `None` where no bound is defined: targets that follow no model, or measurements without noise.
+    /// `None` where no bound is defined: targets that follow no model, or measurements without noise, or with so little
+    /// that no filter may assume it.
     pub(super) fn of(rules: &Rules) -> Option<Self> {
         let (motion, noise) = (rules.motion?, rules.noise);
-        if noise.range_sd_m <= 0.0 || noise.bearing_sd_rad <= 0.0 {
+        let sensor =
+            SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..rules.sensor };
+        if !sensor.errors().is_empty() {
             return None;
         }
         let sds = [rules.cue.position_sd_m, rules.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
         Some(Self {
             transition: motion.transition(Duration::from_s(rules.period_s)),
-            sensor: SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..rules.sensor },
+            sensor,
             cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
             covariances: BTreeMap::new(),
             position: Efficiency::default(),

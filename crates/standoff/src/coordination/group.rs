@@ -88,9 +88,9 @@ pub struct GroupParams {
     pub review_period_s: f64,
     /// What the assignment of UAVs to groups maximises.
     pub objective: Objective,
-    /// Altitude of the lowest orbit above the plane, m; above 0.
+    /// Altitude of the lowest orbit above the plane, m; 1 to 20,000.
     pub altitude_lowest_m: f64,
-    /// From one group's altitude to the next, m; above 0.
+    /// From one group's altitude to the next, m; 1 to 20,000.
     pub altitude_step_m: f64,
     /// Two UAVs of a group closer than this are reported, m; at least 0.
     pub separation_alarm_m: f64,
@@ -117,7 +117,7 @@ impl GroupParams {
         );
         seconds.check("smoothing_s", self.smoothing_s, &mut errors);
         seconds.check("review_period_s", self.review_period_s, &mut errors);
-        let altitude = Allowed::above(0.0).at_most(2e4);
+        let altitude = Allowed::at_least(1.0).at_most(2e4);
         altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
         altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);
         Allowed::at_least(0.0).at_most(1e4).check("separation_alarm_m", self.separation_alarm_m, &mut errors);

@@ -63,7 +63,16 @@ impl Need {
 }
 
 /// The place of the target furthest from a centre; of equally far ones the last.
-pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
-    let measured = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
-    measured.reduce(|furthest, next| if next.0 < furthest.0 { furthest } else { next }).map(|(_, index)| index)
+///
+/// Equal is what rounding may have made unequal: both of a pair are as far from their centroid, and which way their line
+/// lies must not decide between them.
+pub(crate) fn furthest_from(
+    centre: Position,
+    known: &[Known],
+    places: impl Iterator<Item = usize> + Clone,
+) -> Option<usize> {
+    let squared_m2 = |index: usize| known[index].position().squared_distance_m2(centre);
+    let most_m2 = places.clone().map(squared_m2).max_by(f64::total_cmp)?;
+    let others = places.clone().filter(|index| squared_m2(*index) >= most_m2 * (1.0 - 1e-9));
+    others.last().or(places.last())
 }

@@ -63,9 +63,14 @@ pub struct GroupCentre {
 }
 
 impl GroupCentre {
-    /// Starts at the centroid; `None` if its covariance is degenerate.
+    /// Starts at the centroid; `None` if its numbers are no estimate. Where its components are so correlated that rounding
+    /// leaves no covariance, it starts without their correlations: a group has a centre as long as it has members.
     pub fn start(centroid: &Centroid) -> Option<Self> {
-        Some(Self { filter: InformationFilter::new(centroid.mean)?, innovation_distance: 0.0 })
+        let mean = centroid.mean;
+        let variances = mean.covariance.matrix().diagonal().into();
+        let uncorrelated =
+            || InformationFilter::new(Estimate { covariance: Covariance::from_diagonal(variances), ..mean });
+        Some(Self { filter: InformationFilter::new(mean).or_else(uncorrelated)?, innovation_distance: 0.0 })
     }
 
     /// At the centroid itself.
@@ -130,6 +135,19 @@ mod tests {
         assert_eq!(centroid.mean.state.position(), Position::from_m(3.0, 2.0));
         assert_eq!(centroid.mean.position_covariance()[(0, 0)], 40.0 / 16.0);
         assert!(Centroid::of([].iter()).is_none());
+    }
+
+    /// A position that follows from the velocity, to the last digit.
+    #[test]
+    fn a_centre_starts_also_where_rounding_has_left_no_covariance() {
+        let mut centroid = Centroid::of([member(0.0, 0.0, 16.0)].iter()).unwrap();
+        let mut upper = centroid.mean.covariance.upper_triangle();
+        upper[1] = 4.0 * (1.0 + 1e-15);
+        centroid.mean.covariance = Covariance::from_upper_triangle(&upper);
+        assert!(InformationFilter::new(centroid.mean).is_none());
+        let centre = GroupCentre::start(&centroid).unwrap();
+        assert_eq!(centre.estimate().state, centroid.mean.state);
+        assert_eq!(centre.estimate().position_covariance(), centroid.mean.position_covariance());
     }
 
     /// Relative to the centroid of two, each member is half the difference: (P1 + P2) / 4.

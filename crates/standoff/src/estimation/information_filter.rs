@@ -100,6 +100,14 @@ impl Estimate {
     }
 }
 
+/// A contribution is taken in at once if the product of the traces of I and A is no more than this: what differences of
+/// covariances lose grows with its cube, to the last four digits but here. A position known to 700 m and measured to 10 m
+/// makes 10,000.
+const TOLD_AT_ONCE_MAX: f64 = 1e4;
+
+/// No direction needs more parts than this: 10,000 to that power is beyond what numbers hold.
+const PARTS_MAX: u32 = 6;
+
 /// An extended information filter. It keeps the estimate; the information vector y and the information matrix Y that
 /// stand for it are made when asked for.
 ///
@@ -165,15 +173,61 @@ impl InformationFilter {
     /// matrix inversion lemma P loses `C W C'`, where C are the position columns of P, A its position block, I the
     /// contribution's information and `W = (1 + I A)^-1 I`; and x moves by `C (1 + I A)^-1 (i - I x)`.
     pub fn update(&mut self, contribution: &Contribution) {
-        let Estimate { state, covariance: p } = &mut self.estimate;
         // One triangle speaks for both, whatever the contribution's rounding.
         let of = |row, column| contribution.information[(row, column)];
         let information = Matrix2::new(of(0, 0), of(0, 1), of(0, 1), of(1, 1));
+        if information.trace() * self.estimate.position_covariance().trace() > TOLD_AT_ONCE_MAX {
+            self.update_direction_by_direction(&information, &contribution.vector);
+        } else {
+            self.update_at_once(&information, &contribution.vector);
+        }
+    }
+
+    /// Adds what tells far more than was known, or tells it in one direction alone, where the 2x2 inverse of
+    /// [`Self::update_at_once`] would lose it: the two directions in which it tells most and least, one after the other,
+    /// each in parts of which none leaves next to nothing. Information adds, so all that comes to the same.
+    ///
+    /// Where numbers hold the result no longer, it is made unsound.
+    #[cold]
+    fn update_direction_by_direction(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
+        let Estimate { state, covariance } = &mut self.estimate;
+        let told = vector - information * state.position().vector();
+        let directions = information.symmetric_eigen();
+        let foretold = state.position().vector();
+        for (direction, weight) in directions.eigenvectors.column_iter().zip(&directions.eigenvalues) {
+            // Where it tells nothing, rounding leaves a little, of either sign.
+            if *weight <= f64::EPSILON * information.trace() {
+                continue;
+            }
+            let measured_m = direction.dot(&foretold) + direction.dot(&told) / weight;
+            let mut left = *weight;
+            for _ in 0..PARTS_MAX {
+                let p = covariance.matrix();
+                let along = p.column(0) * direction.x + p.column(3) * direction.y;
+                let variance_m2 = along[0] * direction.x + along[3] * direction.y;
+                let share = left.min(TOLD_AT_ONCE_MAX / variance_m2);
+                let gain = along * (share / (1.0 + share * variance_m2));
+                state.0 += gain * (measured_m - direction.dot(&state.position().vector()));
+                *covariance = Covariance::from(&(p - gain * along.transpose()));
+                left -= share;
+                if left <= 0.0 {
+                    break;
+                }
+            }
+        }
+        if !is_well_posed(&covariance.matrix()) {
+            state.0.fill(f64::NAN);
+        }
+    }
+
+    #[inline]
+    fn update_at_once(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
+        let Estimate { state, covariance: p } = &mut self.estimate;
         let undamped = Matrix2::identity() + information * p.position();
         let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
         let damping =
             Matrix2::new(undamped[(1, 1)], -undamped[(0, 1)], -undamped[(1, 0)], undamped[(0, 0)]) / determinant;
-        let told = damping * (contribution.vector - information * state.position().vector());
+        let told = damping * (vector - information * state.position().vector());
         let weight = damping * information;
         let (w_xx, w_xy, w_yy) = (weight[(0, 0)], weight[(0, 1)], weight[(1, 1)]);
 
@@ -220,6 +274,16 @@ fn are_finite(values: &[f64]) -> bool {
     const ONE_IN_EXPONENT: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
     let carried = values.iter().fold(0, |any, value| any | (value.abs().to_bits() + ONE_IN_EXPONENT));
     carried >> 63 == 0
+}
+
+/// Positive definite, and by more than rounding: whatever the units, no component follows from the others.
+pub(crate) fn is_well_posed(covariance: &Matrix6<f64>) -> bool {
+    const MARGIN: f64 = 1e-13;
+    let sds = covariance.diagonal().map(f64::sqrt);
+    let correlations = Matrix6::from_fn(|row, column| {
+        covariance[(row, column)] / (sds[row] * sds[column]) - if row == column { MARGIN } else { 0.0 }
+    });
+    correlations.cholesky().is_some()
 }
 
 /// Inverse of a covariance of two, of which the upper triangle counts; `None` if it is not positive definite.

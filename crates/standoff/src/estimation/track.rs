@@ -5,7 +5,7 @@
 //! should be in plain view. A lost track is frozen until a measurement or a cue starts it again.
 
 use crate::covariance::Covariance;
-use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter};
+use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::frame::{Position, Velocity};
 use crate::message::Cue;
 use crate::param::{Allowed, ParamError};
@@ -20,11 +20,12 @@ pub struct TrackParams {
     pub target: TargetParams,
     /// The sensor that the filter assumes.
     pub sensor: SensorParams,
-    /// A track whose position is less certain than this (standard deviation in its worst direction, m) is lost; above 0.
+    /// A track whose position is less certain than this (standard deviation in its worst direction, m) is lost; above 0,
+    /// at most 10,000: beyond, covariances do not fit into numbers beside the errors of a good sensor.
     pub lost_position_sd_m: f64,
-    /// A track unseen for this long where it should be in view is lost, s; above 0.
+    /// A track unseen for this long where it should be in view is lost, s; above 0, at most 1,000,000.
     pub lost_in_view_s: f64,
-    /// Standard deviation per axis of the velocity of a track that starts from a measurement, m/s; above 0.
+    /// Standard deviation per axis of the velocity of a track that starts from a measurement, m/s; 0.001 to 1,000.
     pub start_velocity_sd_m_s: f64,
 }
 
@@ -33,11 +34,23 @@ impl TrackParams {
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = self.target.errors();
         errors.extend(self.sensor.errors());
-        let sd = Allowed::above(0.0).at_most(1e6);
-        sd.check("lost_position_sd_m", self.lost_position_sd_m, &mut errors);
-        sd.check("lost_in_view_s", self.lost_in_view_s, &mut errors);
-        Allowed::above(0.0).at_most(1e3).check("start_velocity_sd_m_s", self.start_velocity_sd_m_s, &mut errors);
+        Allowed::above(0.0).at_most(1e4).check("lost_position_sd_m", self.lost_position_sd_m, &mut errors);
+        Allowed::above(0.0).at_most(1e6).check("lost_in_view_s", self.lost_in_view_s, &mut errors);
+        Allowed::at_least(1e-3).at_most(1e3).check("start_velocity_sd_m_s", self.start_velocity_sd_m_s, &mut errors);
         errors
+    }
+
+    /// The target model over a time step, as the tracks take it.
+    ///
+    /// A target that the model says never accelerates may do so after all, by micrometres per second squared: else what
+    /// is left of a track's acceleration would decay until numbers hold it no longer.
+    pub fn transition(&self, dt: Duration) -> Transition {
+        TargetParams { acceleration_sd_m_s2: self.start_acceleration_sd_m_s2(), ..self.target }.transition(dt)
+    }
+
+    /// Standard deviation of the acceleration, of which nothing is known at first but the model.
+    fn start_acceleration_sd_m_s2(&self) -> f64 {
+        self.target.acceleration_sd_m_s2.max(1e-6)
     }
 }
 
@@ -96,13 +109,14 @@ impl Track {
         let velocity_variance = cue.velocity_sd_m_s * cue.velocity_sd_m_s;
         let mut filter = start_filter(cue.position, cue.velocity, position_variance, velocity_variance, params)?;
         if cue.time < now {
-            filter.predict(&params.target.transition(now - cue.time));
+            filter.predict(&params.transition(now - cue.time));
         }
         let track = Self { target: cue.target, status: TrackStatus::Cued, filter, missed: Duration::ZERO };
         filter.is_sound().then_some(track)
     }
 
-    /// Starts a track from the first look, and takes in the others; `None` for no looks.
+    /// Starts a track from the first look, and takes in the others; `None` for no looks, or for
+    /// one so much sharper along than across that numbers do not hold both.
     pub fn from_looks(target: TargetId, looks: &[Look], params: &TrackParams) -> Option<Self> {
         let (first, others) = looks.split_first()?;
         let (position, covariance) = params.sensor.converted(first.uav, &first.measurement);
@@ -110,7 +124,7 @@ impl Track {
         let start = start_filter(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
         let mut estimate = *start.estimate();
         estimate.covariance = estimate.covariance.with_position(&covariance);
-        let mut filter = InformationFilter::new(estimate)?;
+        let mut filter = InformationFilter::new(estimate).filter(|_| is_well_posed(&estimate.covariance.matrix()))?;
         filter.update(&fused(&params.sensor, others, position));
         let track = Self { target, status: TrackStatus::Held, filter, missed: Duration::ZERO };
         filter.is_sound().then_some(track)
@@ -191,9 +205,7 @@ fn start_filter(
     velocity_variance: f64,
     params: &TrackParams,
 ) -> Option<InformationFilter> {
-    // Of the acceleration nothing is known but the model; the floor keeps the matrix invertible for targets that the
-    // model says never accelerate.
-    let sd = params.target.acceleration_sd_m_s2.max(1e-6);
+    let sd = params.start_acceleration_sd_m_s2();
     let axis = [position_variance, velocity_variance, sd * sd];
     InformationFilter::new(Estimate {
         state: TargetState::new(position, velocity, [0.0, 0.0]),

@@ -122,8 +122,13 @@ impl Team {
     /// One whole tick.
     pub fn tick(&mut self, tick: i64) {
         let (now, scans, inbox) = self.speak(tick);
+        self.decide(now, &scans, &inbox);
+    }
+
+    /// What follows once all have spoken: every agent decides, and its UAV flies.
+    pub fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) {
         for (index, agent) in self.agents.iter_mut().enumerate() {
-            let step = agent.step(now, &self.states[index], scan_of(&scans[index]), &inbox);
+            let step = agent.step(now, &self.states[index], scan_of(&scans[index]), inbox);
             self.commands[index] = step.command.command;
             self.look_at[index] = step.look_at;
         }

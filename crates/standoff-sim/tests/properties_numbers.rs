@@ -1,0 +1,356 @@
+//! Numbers stay numbers: scenarios with any values that are allowed, the extremes included, are flown and looked at.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nalgebra::Matrix6;
+use proptest::prelude::*;
+use standoff::{Covariance, math};
+use standoff_sim::record::{Frame, TrackRow};
+use standoff_sim::run::Mission;
+use standoff_sim::scenario::{Scenario, Template};
+use standoff_sim::score::{Choice, Rules, Scorer};
+
+/// The smallest number above 0.
+const TINY: f64 = f64::from_bits(1);
+
+/// Where a value lies in the range of its key.
+#[derive(Debug, Clone, Copy)]
+enum Level {
+    Default,
+    Lowest,
+    Highest,
+    AboveLowest,
+    BelowHighest,
+    /// A share of the way from lowest to highest.
+    Between(f64),
+    /// The same by orders of magnitude.
+    Magnitude(f64),
+}
+
+impl Level {
+    /// The value in [lowest, highest].
+    fn of(self, default: f64, lowest: f64, highest: f64) -> f64 {
+        let value = match self {
+            Self::Default => default,
+            Self::Lowest => lowest,
+            Self::Highest => highest,
+            Self::AboveLowest => lowest.next_up(),
+            Self::BelowHighest => highest.next_down(),
+            Self::Between(share) => lowest + share * (highest - lowest),
+            Self::Magnitude(share) => {
+                let (smallest, largest) = (lowest.max(1e-9 * highest.abs()), highest.abs().max(TINY));
+                math::exp(math::ln(smallest) + share * math::ln(largest / smallest))
+            }
+        };
+        if value.is_nan() { default } else { value.clamp(lowest, highest) }
+    }
+}
+
+fn any_level() -> impl Strategy<Value = Level> {
+    prop_oneof![
+        14 => Just(Level::Default),
+        2 => Just(Level::Lowest),
+        2 => Just(Level::Highest),
+        1 => Just(Level::AboveLowest),
+        1 => Just(Level::BelowHighest),
+        2 => (0.0..1.0f64).prop_map(Level::Between),
+        2 => (0.0..1.0f64).prop_map(Level::Magnitude),
+    ]
+}
+
+/// A key, its default, its lowest and its highest value.
+type Key = (&'static str, f64, f64, f64);
+
+/// Every number of a scenario whose range depends on no other; `docs/scenarios.md` says what they are.
+const KEYS: &[Key] = &[
+    ("period_s", 0.5, 0.01, 10.0),
+    ("settle_s", 30.0, 0.0, 1e9),
+    ("uavs.speed_m_s", 40.0, 1.0, 1000.0),
+    ("uavs.turn_rate_max_rad_s", 0.3, 1e-3, 10.0),
+    ("uavs.speed_lag_s", 0.33, 1e-3, 60.0),
+    ("uavs.turn_rate_lag_s", 0.33, 1e-3, 60.0),
+    ("sensor.range_sd_m", 10.0, 0.0, 1e5),
+    ("sensor.bearing_sd_deg", 3.0, 0.0, 180.0),
+    ("sensor.field_of_view_deg", 70.0, 0.058, 360.0),
+    ("filter.lost_position_sd_m", 300.0, TINY, 1e4),
+    ("filter.lost_in_view_s", 5.0, TINY, 1e6),
+    ("filter.start_velocity_sd_m_s", 10.0, 1e-3, 1e3),
+    ("filter.correlation_rate_1_s", 0.1, 0.0, 100.0),
+    ("filter.acceleration_sd_m_s2", 0.2, 0.0, 100.0),
+    ("filter.range_sd_m", 10.0, 1e-3, 1e5),
+    ("filter.bearing_sd_deg", 3.0, 6e-5, 180.0),
+    ("cue.velocity_sd_m_s", 2.0, 1e-3, 1e3),
+    ("orbit.radius_min_m", 250.0, 1.0, 1e5),
+    ("orbit.margin_sds", 1.645, 0.0, 100.0),
+    ("orbit.smoothing_s", 0.0, 0.0, 3600.0),
+    ("orbit.take_back_fraction", 0.9, TINY, 1.0),
+    ("groups.handoff_margin_m", 50.0, 0.0, 1e5),
+    ("groups.dwell_min_s", 3.0, 0.0, 3600.0),
+    ("groups.convergence_limit_m2_s", 6000.0, TINY, 1e9),
+    ("groups.convergence_patience_s", 3.0, 0.0, 3600.0),
+    ("groups.review_period_s", 30.0, 0.0, 3600.0),
+    ("groups.altitude_lowest_m", 300.0, 1.0, 2e4),
+    ("groups.altitude_step_m", 50.0, 1.0, 2e4),
+    ("groups.separation_alarm_m", 50.0, 0.0, 1e4),
+    ("guidance.radial_gain", 0.2, 1e-3, 1.0),
+    ("guidance.lead_s", 3.0, 0.0, 100.0),
+    ("guidance.heading_gain_1_s", 2.0, TINY, 100.0),
+    ("guidance.turn_rate_gain", 0.0, 0.0, 100.0),
+    ("guidance.spacing_gain_1_s", 0.5, 0.0, 100.0),
+    ("guidance.separation_deg", 90.0, 0.0, 180.0),
+    ("targets.correlation_rate_1_s", 0.1, 0.0, 100.0),
+    ("targets.acceleration_sd_m_s2", 0.0, 0.0, 100.0),
+];
+
+/// Numbers bounded by another one: a key, its default, and its range given the other's value.
+type Bounded = (&'static str, &'static str, f64, fn(f64) -> (f64, f64));
+
+const BOUNDED: &[Bounded] = &[
+    ("uavs.speed_change_max_m_s", "uavs.speed_m_s", 15.0, |speed| (0.0, speed.next_down())),
+    ("orbit.field_of_view_margin_deg", "sensor.field_of_view_deg", 10.0, |view| (0.0, view * (1.0 - 1e-15))),
+    ("orbit.radius_max_m", "orbit.radius_min_m", 700.0, |least| (least, 1e5)),
+    ("sensor.sensing_range_m", "orbit.radius_min_m", 1200.0, |least| (least.max(1.0).next_up(), 1e6)),
+    ("cue.position_sd_m", "filter.lost_position_sd_m", 20.0, |lost| (1e-3, lost.next_down().max(1e-3))),
+    ("groups.dwell_max_s", "groups.dwell_min_s", 30.0, |least| (least, 3600.0)),
+];
+
+/// Keys whose values are words.
+const WORDS: &[(&str, &[&str])] = &[
+    ("uavs.integrator", &["exact", "euler"]),
+    ("orbit.margin", &["standard-deviations", "mahalanobis"]),
+    ("orbit.centre", &["filtered", "centroid"]),
+    ("orbit.on_membership_change", &["shift", "filter"]),
+    ("groups.objective", &["log-det", "printed"]),
+    ("guidance.feedforward", &["flown", "actual", "exact", "printed"]),
+    ("guidance.lead", &["constant", "scheduled", "predicted"]),
+    ("guidance.speed_reference", &["ground", "centre"]),
+    ("guidance.sense", &["anticlockwise", "clockwise"]),
+];
+
+/// Where a target starts, and how it moves.
+const TARGET: &[Key] = &[
+    ("x_m", 50.0, -1e7, 1e7),
+    ("y_m", -40.0, -1e7, 1e7),
+    ("vx_m_s", 5.0, -1e3, 1e3),
+    ("vy_m_s", 0.0, -1e3, 1e3),
+    ("ax_m_s2", 0.0, -100.0, 100.0),
+    ("ay_m_s2", 0.0, -100.0, 100.0),
+];
+
+const UAV: &[Key] = &[
+    ("x_m", 400.0, -1e7, 1e7),
+    ("y_m", 0.0, -1e7, 1e7),
+    ("heading_deg", 90.0, -1e6, 1e6),
+    ("speed_m_s", 40.0, TINY, 1e3),
+];
+
+/// What a scenario is made of.
+#[derive(Clone)]
+struct Draft {
+    keys: Vec<Level>,
+    bounded: Vec<Level>,
+    words: Vec<usize>,
+    /// One row per target, and how far it stands from the others of its kind.
+    targets: Vec<Vec<Level>>,
+    /// One row per UAV that is listed; if there is none, so many start on orbits.
+    uavs: Result<Vec<Vec<Level>>, usize>,
+    ticks: u32,
+}
+
+fn rows(most: usize, keys: usize) -> impl Strategy<Value = Vec<Vec<Level>>> {
+    proptest::collection::vec(proptest::collection::vec(any_level(), keys), 1..=most)
+}
+
+prop_compose! {
+    fn any_draft()(
+        keys in proptest::collection::vec(any_level(), KEYS.len()),
+        bounded in proptest::collection::vec(any_level(), BOUNDED.len()),
+        words in proptest::collection::vec(0..12usize, WORDS.len()),
+        targets in rows(20, TARGET.len()),
+        uavs in prop_oneof![rows(8, UAV.len()).prop_map(Ok), (1..=8usize).prop_map(Err)],
+        ticks in 10..60u32,
+    ) -> Draft {
+        Draft { keys, bounded, words, targets, uavs, ticks }
+    }
+}
+
+/// A failure tells what was typed.
+impl fmt::Debug for Draft {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text())
+    }
+}
+
+impl Draft {
+    /// The scenario as a person would type it.
+    fn text(&self) -> String {
+        let mut values: BTreeMap<&str, f64> = BTreeMap::new();
+        for ((key, default, lowest, highest), level) in KEYS.iter().zip(&self.keys) {
+            values.insert(key, level.of(*default, *lowest, *highest));
+        }
+        for ((key, by, default, range), level) in BOUNDED.iter().zip(&self.bounded) {
+            let (lowest, highest) = range(values[by]);
+            values.insert(key, level.of(*default, lowest, highest));
+        }
+        values.insert("duration_s", values["period_s"] * f64::from(self.ticks));
+        let mut text: String = values.iter().map(|(key, value)| format!("{key} = {value:?}\n")).collect();
+        for ((key, words), word) in WORDS.iter().zip(&self.words) {
+            text += &format!("{key} = {:?}\n", words[word % words.len()]);
+        }
+        // Side by side where all else is as usual.
+        let listed = |table: &str, keys: &[Key], levels: &[Level], apart_m: f64| {
+            let mut row = format!("[[{table}]]\n");
+            for ((key, default, lowest, highest), level) in keys.iter().zip(levels) {
+                let default = default + if *key == "y_m" { apart_m } else { 0.0 };
+                row += &format!("{key} = {:?}\n", level.of(default, *lowest, *highest));
+            }
+            row
+        };
+        match &self.uavs {
+            Ok(uavs) => {
+                text += &format!("uavs.count = {}\n", uavs.len());
+                text += &uavs
+                    .iter()
+                    .zip(0..)
+                    .map(|(uav, n)| listed("uavs.at", UAV, uav, 150.0 * f64::from(n)))
+                    .collect::<String>();
+            }
+            Err(count) => text += &format!("uavs.count = {count}\n"),
+        }
+        text += &self
+            .targets
+            .iter()
+            .zip(0..)
+            .map(|(target, n)| listed("targets.at", TARGET, target, 30.0 * f64::from(n)))
+            .collect::<String>();
+        text
+    }
+}
+
+/// What is wrong with the frame, if anything.
+fn wrong(scenario: &Scenario, frame: &Frame) -> Option<String> {
+    let uav = &scenario.settings.team.uav;
+    let Frame { time_us: _, uavs, truth, tracks, groups, detections, events } = frame;
+    // Every number of every row; no name of a field or of a value has one of these words in it.
+    let told = format!("{uavs:?} {truth:?} {tracks:?} {groups:?} {detections:?}");
+    if let Some(place) = told.find("NaN").or_else(|| told.find("inf")) {
+        return Some(format!("not finite: ...{}", &told[place.saturating_sub(200)..place + 3]));
+    }
+    let slip = 1.0 + 4.0 * f64::EPSILON;
+    for row in uavs {
+        let off_m_s = (row.speed_command_m_s - uav.speed_m_s).abs();
+        if off_m_s > uav.speed_change_max_m_s + slip * uav.speed_m_s * f64::EPSILON
+            || row.turn_rate_command_rad_s.abs() > uav.turn_rate_max_rad_s
+        {
+            return Some(format!("outside the limits: {row:?}"));
+        }
+    }
+    let is_group = |id: &u32| groups.iter().any(|group| group.group == *id);
+    let named = uavs.iter().map(|uav| uav.group).chain(tracks.iter().flat_map(|track| [track.group, track.to_group]));
+    if let Some(unknown) = named.flatten().find(|id| !is_group(id)) {
+        return Some(format!("no group {unknown}: {groups:?}"));
+    }
+    let exists = |id: u32| scenario.uavs.len() > id as usize;
+    if !uavs.iter().zip(0..).all(|(row, id)| row.uav == id) || !detections.iter().all(|row| exists(row.uav)) {
+        return Some("a UAV that does not exist".to_owned());
+    }
+    let is_target = |id: &u32| truth.binary_search_by_key(id, |row| row.target).is_ok();
+    let targets = tracks.iter().map(|row| row.target).chain(detections.iter().map(|row| row.target));
+    if let Some(unknown) = targets.chain(events.iter().filter_map(|event| event.target)).find(|id| !is_target(id)) {
+        return Some(format!("no target {unknown}"));
+    }
+    if let Some(event) = events
+        .iter()
+        .find(|event| event.reason.split([' ', ',', ';']).any(|word| word == "NaN" || word.ends_with("inf")))
+    {
+        return Some(format!("{event:?}"));
+    }
+    tracks.iter().find(|track| !is_positive_definite(track)).map(|track| format!("not positive definite: {track:?}"))
+}
+
+/// Judged by correlations, whatever the units; to within rounding, for where a target is known to a millimetre but its
+/// acceleration to nothing, a few seconds later one follows from the other to more digits than a number has.
+fn is_positive_definite(track: &TrackRow) -> bool {
+    let p = Covariance::from_upper_triangle(&track.covariance).matrix();
+    let sds = p.diagonal().map(f64::sqrt);
+    let correlations = Matrix6::from_fn(|row, column| p[(row, column)] / sds[row] / sds[column]);
+    (correlations + Matrix6::identity() * 1e-12).cholesky().is_some()
+}
+
+/// Flies it, or is told why not; the number of its frames.
+fn fly(text: &str, seed: u64) -> Result<usize, String> {
+    let refused = |why: String| {
+        assert!(why.contains("must be"), "{why}");
+        Ok(0)
+    };
+    let scenario = match Template::of_text("drawn", text, None).and_then(|template| template.draw(seed)) {
+        Ok(scenario) => scenario,
+        Err(error) => return refused(error.to_string()),
+    };
+    let mut mission = match Mission::new(&scenario) {
+        Ok(mission) => mission,
+        Err(errors) => return refused(errors.iter().map(ToString::to_string).collect()),
+    };
+    let mut scorer = Scorer::new(Rules::of(&scenario.settings), Choice::ALL);
+    let mut frames = 0;
+    while let Some(frame) = mission.frame() {
+        if let Some(what) = wrong(&scenario, frame) {
+            return Err(format!("at {} s: {what}", frame.time_us as f64 / 1e6));
+        }
+        scorer.frame(frame);
+        frames += 1;
+    }
+    let metrics = scorer.metrics();
+    match metrics.values().iter().flatten().all(|value| value.is_finite()) {
+        true => Ok(frames),
+        false => Err(format!("{metrics:?}")),
+    }
+}
+
+/// 400, or more if `PROPTEST_CASES` says so.
+fn cases() -> u32 {
+    ProptestConfig::default().cases.max(400)
+}
+
+/// The ranges above are those that are checked: the extremes are allowed, the next numbers beyond are not.
+#[test]
+fn the_extremes_are_the_extremes() {
+    let refusal = |key: &str, value: f64| {
+        // Nothing else is bounded by these values.
+        let wide = "uavs.speed_change_max_m_s = 0.0\norbit.field_of_view_margin_deg = 0.0\norbit.radius_max_m = 100000.0\n\
+                    sensor.sensing_range_m = 1000000.0\ngroups.dwell_max_s = 3600.0\n";
+        let typed = format!("{wide}duration_s = 20.0\ncue.position_sd_m = 0.001\n{key} = {value:?}\n");
+        let template = Template::of_text("drawn", &format!("{typed}[[targets.at]]\n"), None);
+        template.and_then(|template| template.draw(1)).err().map(|error| error.to_string())
+    };
+    for (key, _, lowest, highest) in KEYS {
+        // A track less certain than the cue is lost.
+        let lowest = if *key == "filter.lost_position_sd_m" { 1e-3f64.next_up() } else { *lowest };
+        for allowed in [lowest, *highest] {
+            assert_eq!(refusal(key, allowed), None, "{key}");
+        }
+        for beyond in [lowest.next_down(), highest.next_up()] {
+            // Angles are converted: to within rounding.
+            let beyond = if key.ends_with("_deg") {
+                beyond - (lowest + highest) * 1e-3 * if beyond < lowest { 1.0 } else { -1.0 }
+            } else {
+                beyond
+            };
+            assert!(refusal(key, beyond).is_some_and(|told| told.contains("must be")), "{key} = {beyond}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(), max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    /// Whatever the values, every number of every frame is finite, every command inside its limits, every covariance
+    /// positive definite to within rounding, every id that of something; or the scenario is refused with a range.
+    #[test]
+    fn whatever_is_allowed_is_flown_in_finite_numbers(draft in any_draft(), seed in any::<u64>()) {
+        let flown = fly(&draft.text(), seed);
+        prop_assert!(flown.is_ok(), "{flown:?}");
+    }
+}
