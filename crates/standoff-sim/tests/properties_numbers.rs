@@ -1,7 +1,5 @@
 //! Numbers stay numbers: scenarios with any values that are allowed, the extremes included, are flown and looked at.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
-
 use std::collections::BTreeMap;
 use std::fmt;
 

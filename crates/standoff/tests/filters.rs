@@ -314,14 +314,8 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
     })
 }
 
+/// A filter that loses what it knows somewhere looks right for hundreds of steps and then diverges.
 #[test]
-fn the_covariance_stays_positive_definite_over_a_million_steps() {
-    assert_eq!(broken_covariances(2, 500_000), 0);
-}
-
-/// `cargo test --release -p standoff --test filters -- --ignored`: none of 200,002 covariances looked at was broken.
-#[test]
-#[ignore = "takes long: run it in release"]
 fn the_covariance_stays_positive_definite_over_ten_million_steps() {
     assert_eq!(broken_covariances(2, 5_000_000), 0);
 }
