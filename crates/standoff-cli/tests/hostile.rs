@@ -84,6 +84,7 @@ fn scenarios_that_are_none_are_refused() {
     check_scenario(&with(&format!("{} = 3", "x".repeat(4_000_000))), &["there is no such key", "xxx..."]);
     check_scenario(&with("about = \"\u{1b}[2J\""), &["f.toml:1:10"]);
     check_scenario(&with("\"\\u001b[2J\\u202e\" = 3"), &["\\u{1b}[2J\\u{202e}: there is no such key"]);
+    check_scenario(&with("[uavs]\n\"a.\\n\\u001b.b\" = 3"), &["uavs.a.\\n\\u{1b}.b: there is no such key"]);
     check_scenario(&with("[guidance]\nlead = \"\\u001b[2J\""), &["guidance.lead = \"\\u{1b}[2J\": must be"]);
     check_scenario(&with("about = \"a\\u001b[2J\""), &["about = \"a\\u{1b}[2J\": must be one line"]);
     check_scenario(&with("duration_s = nan"), &["duration_s = nan: must be a finite number"]);

@@ -59,7 +59,7 @@ fn dotted(path: &Path) -> String {
 fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>) {
     let shown = words(key);
     if what.starts_with("unknown field") && KEYS.number(key).is_none() {
-        return (format!("{shown}: there is no such key"), Some(meant(key)));
+        return (format!("{shown}: there is no such key"), meant(key));
     }
     let is = match value {
         Some(Value::String(text)) => format!("{shown} = {}", quoted(text)),
@@ -81,18 +81,18 @@ fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>
 }
 
 /// What a person who typed an unknown key may have meant.
-fn meant(key: &str) -> String {
+fn meant(key: &str) -> Option<String> {
     let (table, typed) = key.rsplit_once('.').unwrap_or(("", key));
-    let keys = KEYS.of(table).unwrap_or_default();
+    // Of a key that has a dot in itself, this is no table of ours.
+    let keys = KEYS.of(table)?;
     if let Some(near) = nearest(typed, &keys) {
-        return did_you_mean(near);
+        return Some(did_you_mean(near));
     }
-    if let Some(elsewhere) = KEYS.tables_with(typed).into_iter().next() {
-        let elsewhere = if elsewhere.is_empty() { "at the top".to_owned() } else { format!("in [{elsewhere}]") };
-        return format!("`{typed}` stands {elsewhere}");
-    }
-    let place = if table.is_empty() { "at the top".to_owned() } else { format!("in [{table}]") };
-    format!("{place} there are {}", keys.join(", "))
+    let place = |table: &str| if table.is_empty() { "at the top".to_owned() } else { format!("in [{table}]") };
+    Some(match KEYS.tables_with(typed).first() {
+        Some(elsewhere) => format!("`{typed}` stands {}", place(elsewhere)),
+        None => format!("{} there are {}", place(table), keys.join(", ")),
+    })
 }
 
 fn did_you_mean(word: &str) -> String {
