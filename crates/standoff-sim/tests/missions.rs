@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use standoff::Position;
-use standoff_sim::record::{Frame, Manifest, Record, Writer};
+use standoff_sim::record::{DetectionRow, Frame, Manifest, Record, Writer};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
 use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
@@ -81,6 +81,25 @@ fn determinism_another_uav_changes_nobody_elses_draws() {
         }
     }
     assert!(compared > 700, "{compared} compared");
+}
+
+/// At one instant no two measurements have the same noise, of whichever UAV and target.
+#[test]
+fn determinism_every_uav_has_noise_of_its_own_for_every_target() {
+    let frames = frames(&load("paper/table-2-pair", &[], 2));
+    let mut compared = 0;
+    for frame in &frames {
+        let noise_m = |detection: &DetectionRow| {
+            let (uav, truth) = (&frame.uavs[detection.uav as usize], &frame.truth[detection.target as usize]);
+            detection.range_m - Position::from_m(uav.x_m, uav.y_m).distance_m(Position::from_m(truth.x_m, truth.y_m))
+        };
+        let noises: Vec<f64> = frame.detections.iter().map(noise_m).collect();
+        for (index, one) in noises.iter().enumerate() {
+            assert!(noises[..index].iter().all(|other| (one - other).abs() > 1e-7), "{noises:?}");
+            compared += index;
+        }
+    }
+    assert!(compared > 3000, "{compared} compared");
 }
 
 #[test]
