@@ -184,6 +184,11 @@ def equations_5_6(model, period):
     return block_diag(f, f), block_diag(f @ power[:3, 3:], f @ power[:3, 3:])
 
 
+def filter_model(model, period):
+    """Filters never hold an acceleration for impossible: where there is none it is micrometres per second squared."""
+    return equations_5_6(model | {"acceleration_sd_m_s2": max(model["acceleration_sd_m_s2"], 1e-6)}, period)
+
+
 def check_target_model(record, compare):
     model, period = record.scenario["filter"], record.period
     alpha = model["correlation_rate_1_s"]
@@ -326,7 +331,7 @@ def looks_by_target(record, time):
 def check_tracks(record, compare):
     """Runs the filters on from each track's first estimate; they are never set back to the record."""
     model, filters = record.scenario["filter"], {}
-    f, q = equations_5_6(model, record.period)
+    f, q = filter_model(model, record.period)
     for time in record.times:
         previous, filters, seen = filters, {}, looks_by_target(record, time)
         for target, row in record.tracks[time].items():
@@ -393,7 +398,7 @@ def check_groups(record, compare):
     """Runs the centres' filters on the recorded tracks; they are never set back to the record."""
     scenario, centres = record.scenario, {}
     orbit = scenario["orbit"]
-    f, q = equations_5_6(scenario["filter"], record.period)
+    f, q = filter_model(scenario["filter"], record.period)
     for before, time in zip([None, *record.times], record.times):
         previous, centres = centres, {}
         for group, row in record.groups[time].items():
