@@ -272,7 +272,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) })]
     /// Over 150 s in worlds turned by any angle, moved by up to 140 km and mirrored or not: every membership, status,
     /// event and assignment is the same, and every position, heading, speed, command, covariance and radius to a
-    /// millionth (of a metre, a radian, their rates); 2e-8 is the most that was seen in 250 worlds.
+    /// millionth (of a metre, a radian, their rates); 2e-8 is the most that was seen in 75 worlds.
     ///
     /// Nothing is left to rounding where it ties: both of a pair are equally far from their centroid, and there the
     /// higher id counts as furthest. Other ties would need a world drawn by rule; of these, none ties.
