@@ -2,11 +2,11 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
-use std::process::ExitCode;
+use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
-use standoff_sim::scenario::{Problem, ScenarioError};
+use standoff_sim::scenario::{MISTAKES_MAX, Problem, ScenarioError};
 use standoff_sim::text;
 
 /// Why the command did not do what was asked.
@@ -31,18 +31,25 @@ impl Failure {
     }
 
     /// Says it, and gives the exit status.
-    pub(crate) fn exit(self) -> ExitCode {
-        let (message, status) = match self {
-            Self::Input(message) => (message, 2),
-            Self::Scenario(error) => {
-                error.problems.iter().for_each(|problem| say(&drawn(problem)));
-                return ExitCode::from(2);
+    pub(crate) fn told(&self) -> u8 {
+        match self {
+            Self::Input(message) => {
+                note(&format!("error: {message}"));
+                2
             }
-            Self::Running(message) => (message, 1),
-            Self::NobodyListens => return ExitCode::SUCCESS,
-        };
-        note(&format!("error: {message}"));
-        ExitCode::from(status)
+            Self::Scenario(ScenarioError { problems }) => {
+                problems.iter().for_each(|problem| say(&drawn(problem)));
+                if problems.len() >= MISTAKES_MAX {
+                    note("there may be more: reading ends after so many mistakes");
+                }
+                2
+            }
+            Self::Running(message) => {
+                note(&format!("error: {message}"));
+                1
+            }
+            Self::NobodyListens => 0,
+        }
     }
 }
 
@@ -51,9 +58,14 @@ fn drawn(problem: &Problem) -> String {
     let Some(excerpt) = &problem.excerpt else { return text::lines(&format!("error: {problem}")) };
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
-    let typed = Snippet::source(&*excerpt.text)
+    // Only its own lines: the text may be large, and every mistake draws from it.
+    let Range { start, end } = excerpt.span;
+    let from = excerpt.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+    let to = excerpt.text[end..].find('\n').map_or(excerpt.text.len(), |newline| end + newline);
+    let typed = Snippet::source(&excerpt.text[from..to])
+        .line_start(problem.place.map_or(1, |place| place.line))
         .path(text::escaped(&problem.file))
-        .annotation(AnnotationKind::Primary.span(excerpt.span.clone()));
+        .annotation(AnnotationKind::Primary.span(start - from..end - from));
     let told = Level::ERROR.primary_title(problem.message.as_str()).element(typed);
     let help = problem.help.as_deref().map(|help| Level::HELP.message(help));
     renderer.render(&[told.elements(help)])

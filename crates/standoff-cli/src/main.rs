@@ -21,8 +21,6 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use failure::Failure;
-
 /// UAVs keep groups of moving ground vehicles in view: coordinated standoff tracking, simulated.
 ///
 /// Without a command: flies paper/figure-9, prints the outcome, writes the results, says where.
@@ -108,5 +106,5 @@ fn main() -> ExitCode {
         Some(Command::Scenarios { name, .. }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),
     };
-    done.map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+    done.map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
 }

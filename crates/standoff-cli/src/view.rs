@@ -65,20 +65,14 @@ fn show(shown: Shown, args: &Args) -> Result<(), Failure> {
     let interruption = Interruption::expected()?;
     let server = args.served.serve(site, print)?;
     note("Ctrl-C ends it.");
-    let work = thread::spawn(move || {
-        if let Err(Failure::Input(message) | Failure::Running(message)) = (shown.work)(shown.watched) {
-            note(&format!("error: {message}"));
-            return false;
-        }
-        true
-    });
+    let work = thread::spawn(move || (shown.work)(shown.watched).map_err(|failure| failure.told()));
     interruption.wait(None);
     drop(server);
     // What is not done yet is not needed any more.
     if !work.is_finished() {
         return Ok(());
     }
-    let is_shown = work.join().unwrap_or(false);
+    let is_shown = work.join().is_ok_and(|done| done.is_ok());
     if is_shown { Ok(()) } else { Err(Failure::running("the run could not be shown as a whole")) }
 }
 

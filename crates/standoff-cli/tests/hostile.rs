@@ -69,7 +69,7 @@ fn check_scenario(bytes: &[u8], expected: &[&str]) {
 
 #[test]
 fn scenarios_that_are_none_are_refused() {
-    let nested = |open: &str| format!("a = {}", open.repeat(100_000)).into_bytes();
+    let nested = |open: &str| format!("a = {}", open.repeat(99_000)).into_bytes();
     let targets = b"[[targets.at]]\nvx_m_s = 3\n".as_slice();
     let with = |text: &str| [text.as_bytes(), b"\n", targets].concat();
     check_scenario(b"", &["f.toml: targets: no targets; give [targets.scatter], [[targets.at]] or [traffic]"]);
@@ -79,9 +79,9 @@ fn scenarios_that_are_none_are_refused() {
     check_scenario(&vec![0; 1000], &["f.toml:1:1"]);
     check_scenario(&utf_16("duration_s = 3"), &["UTF-16 text", "save it again"]);
     check_scenario(&[b"\xff\xfe".as_slice(), &utf_16("a = 3")].concat(), &["UTF-16 text"]);
-    check_scenario(&vec![b' '; 5 << 20], &["it has 5120 KiB; at most 4096 KiB"]);
-    check_scenario(&with(&format!("about = {}", "x".repeat(4_000_000))), &["f.toml:1:9", "not a value"]);
-    check_scenario(&with(&format!("{} = 3", "x".repeat(4_000_000))), &["there is no such key", "xxx..."]);
+    check_scenario(&vec![b' '; 5 << 20], &["it has 5120 KiB; at most 2048 KiB"]);
+    check_scenario(&with(&format!("about = {}", "x".repeat(2_000_000))), &["f.toml:1:9", "not a value"]);
+    check_scenario(&with(&format!("{} = 3", "x".repeat(2_000_000))), &["there is no such key", "xxx..."]);
     check_scenario(&with("about = \"\u{1b}[2J\""), &["f.toml:1:10"]);
     check_scenario(&with("\"\\u001b[2J\\u202e\" = 3"), &["\\u{1b}[2J\\u{202e}: there is no such key"]);
     check_scenario(&with("[uavs]\n\"a.\\n\\u001b.b\" = 3"), &["uavs.a.\\n\\u{1b}.b: there is no such key"]);
@@ -98,6 +98,39 @@ fn scenarios_that_are_none_are_refused() {
         b"[traffic]\nfile = \"../\\u001bx<img onerror=1>\"",
         &["../\\u{1b}x<img onerror=1>", "No such file"],
     );
+}
+
+#[test]
+fn scenarios_with_too_much_of_something_are_refused_as_quickly() {
+    let within = |unit: &str, signs: usize| unit.repeat(199_000 / signs);
+    let numbered = |unit: fn(usize) -> String, signs: usize| (0..199_000 / signs).map(unit).collect::<String>();
+    let at = "[[targets.at]]\nx_m = 1\ny_m = 2\nvx_m_s = 3\nvy_m_s = 4\n";
+    let far = at.replace(" = ", " = 1e99 # ");
+    let dotted = |n: usize| format!("a{n}{} = 1\n", ".a".repeat(70));
+    for (text, expected) in [
+        ("\n".repeat(2 << 20), "more keys and values than 5000 targets need"),
+        ("duration_s = -1\n".to_owned() + &within(at, 16), "duration_s = -1: must be at least"),
+        (within(&far, 20), "there may be more: reading ends after so many mistakes"),
+        (
+            within("[[targets.at]]\nx_m = {normal={mean=nan,sd=1}}\n", 18),
+            "targets.at.0.x_m: must be normal with a finite",
+        ),
+        (within("[[targets.at]]\nx_m = \"a\"\n", 12), "targets.at.0.x_m = \"a\": must be a number"),
+        ("x = = 1\n".to_owned() + &within(at, 16), "f.toml:1:5"),
+        (within("x = = 1\n", 3), "f.toml:20:5"),
+        (numbered(|n| format!("k{n} = 1\n"), 2), "k0: there is no such key"),
+        (numbered(|n| format!("[t{n}]\nx = 1\n"), 5), "t0: there is no such key"),
+        (numbered(dotted, 212), "a0: there is no such key"),
+        (format!("a = [{}]", within("1,", 1)), "a: there is no such key"),
+        (format!("a{} = 1", within(".a", 3)), "recursion limit"),
+        (format!("about = \"{}\"", within("\\q", 1)), "f.toml:1:"),
+        (within("\r", 1), "f.toml:1:1"),
+        (within("=", 1), "f.toml:1:2"),
+        ("a ".repeat(1_000_000), "f.toml:1:3"),
+        (format!("a = {}", "a ".repeat(1_000_000)), "not a value"),
+    ] {
+        check_scenario(text.as_bytes(), &[expected]);
+    }
 }
 
 #[track_caller]

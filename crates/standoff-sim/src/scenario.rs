@@ -24,7 +24,9 @@ use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId,
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in};
 pub use error::{Excerpt, Problem, ScenarioError};
+pub use form::MISTAKES_MAX;
 pub use load::Edits;
+pub(crate) use load::LENGTH_MAX;
 pub use locate::Place;
 pub use number::Number;
 pub use schema::schema;

@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Targets, built_in};
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Targets, Template, built_in};
 
 /// Loads a scenario of this text.
 fn load(text: &str) -> Result<Scenario, String> {
@@ -208,8 +208,8 @@ fn what_is_no_text_of_ours_is_refused_in_a_word() {
         refused(b"about = \"x\"\nabout2 = \"\xe9\""),
         "/mine.toml:2:11: not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding"
     );
-    let long = "/mine.toml: it has 4097 KiB; at most 4096 KiB; name many targets in a traffic file, see [traffic]";
-    assert_eq!(refused(&vec![b' '; (4 << 20) + 1]), long);
+    let long = "/mine.toml: it has 2049 KiB; at most 2048 KiB; name many targets in a traffic file, see [traffic]";
+    assert_eq!(refused(&vec![b' '; (2 << 20) + 1]), long);
     let nested = refused("[".repeat(100_000).as_bytes());
     assert!(nested.starts_with("/mine.toml:1:") && nested.lines().count() == 1, "{nested}");
     let nested = refused(format!("a = {}", "[".repeat(100_000)).as_bytes());
@@ -319,9 +319,30 @@ fn a_traffic_error_points_into_the_traffic_file() {
 }
 
 #[test]
-fn an_unknown_name_lists_the_built_in_ones() {
-    let error = Scenario::load("paper/table-3", &Edits::default(), 1).unwrap_err().to_string();
-    assert!(error.contains("no such scenario") && error.contains("paper/table-2-pair"), "{error}");
+fn an_unknown_name_lists_the_built_in_ones_and_suggests_the_nearest() {
+    let error = |name| Scenario::load(name, &Edits::default(), 1).unwrap_err().to_string();
+    let far = error("nonsense");
+    assert!(far.contains("no such scenario") && far.contains("paper/table-2-pair, "), "{far}");
+    assert!(!far.contains("did you mean"), "{far}");
+    assert!(error("paper/figure9").ends_with("; did you mean `paper/figure-9`?"), "{}", error("paper/figure9"));
+}
+
+#[test]
+fn of_a_broken_edit_only_the_edit_is_told() {
+    let edits = Edits { set: vec!["duration_s.x=1".to_owned()], ..Edits::default() };
+    let error = Scenario::load("paper/table-2-pair", &edits, 1).unwrap_err().to_string();
+    assert_eq!(error, "command line: duration_s.x: goes through something that is not a table");
+}
+
+#[test]
+fn a_scenario_that_could_not_be_read_again_is_refused_before_it_is_flown() {
+    // Short as it is typed, long as it is spelt out.
+    let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(199_000 / 12);
+    let text = format!("targets.at = [{at}]\n");
+    let template = Template::of_text("many", &text, None).unwrap();
+    let error = template.draw(1).unwrap().resolved().unwrap_err().to_string();
+    assert!(error.starts_with("many: it has more keys and values than 5000 targets need"), "{error}");
+    assert_eq!(template.text().unwrap_err().to_string(), error);
 }
 
 /// Every key that a resolved scenario spells out is on the reference page, and every example there loads.

@@ -10,9 +10,8 @@ use super::rows::{At, TargetRow, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Manifest, RecordError};
 use crate::input;
+use crate::scenario::LENGTH_MAX;
 
-/// Largest resolved scenario, bytes: every UAV and target has some 200.
-const MAX_SCENARIO: u64 = 4 << 20;
 /// Most rows of a table at one instant.
 const MAX_AT_ONCE: usize = 100_000;
 /// Latest time, microseconds: 30 years.
@@ -41,7 +40,7 @@ impl Record {
         }
         let checkpoint = manifest.unfinished.then(|| Checkpoint::read(dir).map(Arc::new)).transpose()?;
         let path = dir.join(SCENARIO);
-        let scenario_toml = input::text(&path, MAX_SCENARIO).map_err(|reason| RecordError::read(&path, reason))?;
+        let scenario_toml = input::text(&path, LENGTH_MAX).map_err(|reason| RecordError::read(&path, reason))?;
         Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names: read_names(dir)?, checkpoint })
     }
 

@@ -4,14 +4,17 @@ use standoff::{Allowed, ParamError, TeamParams};
 
 use super::error::{Problem, ScenarioError};
 use super::file::ScenarioFile;
+use super::form::{MISTAKES_MAX, value_at, with_value};
 use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::KEYS;
-use crate::text::quoted;
 
 /// Longer missions than this are refused: a record of them would fill the disk.
 const TICKS_MAX: f64 = 10_000_000.0;
+
+/// Most targets of a scenario that come from no traffic file.
+pub(super) const TARGETS_MAX: u32 = 5_000;
 
 /// Longest line that says what a scenario shows, characters.
 const ABOUT_MAX: usize = 1_000;
@@ -99,7 +102,7 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
         problems.check_start(&table, manoeuvre.numbers());
     }
     if let Some(scatter) = &mut targets.scatter {
-        let count = Allowed::at_least(1.0).at_most(10_000.0);
+        let count = Allowed::at_least(1.0).at_most(f64::from(TARGETS_MAX));
         problems.check_whole("targets.scatter.count", value(&scatter.count), count);
         problems.check_start("targets.scatter", scatter.numbers());
     }
@@ -120,6 +123,9 @@ const PARTNERS: &[(&str, &str)] = &[
     ("duration_s", "period_s"),
 ];
 
+/// So many are looked at; where there are more, most follow from others.
+const FOUND_MAX: usize = 200;
+
 /// Problems found so far.
 #[derive(Default)]
 pub(super) struct Problems {
@@ -135,13 +141,19 @@ struct Found {
 
 impl Problems {
     pub(super) fn add(&mut self, key: String, what: String) {
-        self.found.push(Found { key, what, value: None });
+        self.push(Found { key, what, value: None });
     }
 
     /// Something wrong with a number itself. A sound one takes its place, so that everything else can be checked.
     pub(super) fn replace(&mut self, key: String, what: String, number: &mut Number) {
         let value = toml::Value::try_from(std::mem::replace(number, Number::Constant(1.0))).ok();
-        self.found.push(Found { key, what, value });
+        self.push(Found { key, what, value });
+    }
+
+    fn push(&mut self, found: Found) {
+        if self.found.len() < FOUND_MAX {
+            self.found.push(found);
+        }
     }
 
     fn check(&mut self, key: &str, number: f64, allowed: Allowed) {
@@ -201,15 +213,16 @@ impl Problems {
         let map = Map::new(&typed.origin.text);
         let is_typed = |key: &str| typed.origin.is_typed(&map, key);
         let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
-        let is_text_broken = typed.problems.len() > typed.left_out.len();
-        let values = toml::Value::try_from(file).ok();
-        let as_typed = toml::Value::try_from(&typed.file).ok();
-        let typed_as = |key: &str| as_typed.as_ref().and_then(|values| lookup(values, key));
+        let values = toml::Table::try_from(file).unwrap_or_default();
+        let as_typed = toml::Table::try_from(&typed.file).unwrap_or_default();
         let keys: Vec<String> = self.found.iter().map(|found| found.key.clone()).collect();
         for (index, Found { key, what, value: replaced }) in self.found.into_iter().enumerate() {
+            if problems.len() >= MISTAKES_MAX {
+                break;
+            }
             let partner = PARTNERS.iter().find(|(bounded, _)| *bounded == key).map(|(_, by)| *by);
             // What follows from something that was left out is not a mistake of its own.
-            if is_left_out(&key) || partner.is_some_and(is_left_out) || is_text_broken && !is_typed(&key) {
+            if is_left_out(&key) || partner.is_some_and(is_left_out) || typed.is_text_broken && !is_typed(&key) {
                 continue;
             }
             let partner = partner.filter(|by| !is_typed(&key) && is_typed(by));
@@ -217,34 +230,19 @@ impl Problems {
             if partner.is_some_and(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
                 continue;
             }
-            let is_typed_as_table = typed_as(&key).is_some_and(toml::Value::is_table);
-            let value = replaced.or_else(|| values.as_ref().and_then(|values| lookup(values, &key)).cloned());
-            let is_drawn = is_typed_as_table && value.as_ref().is_some_and(|value| !value.is_table());
-            let message = match value {
-                // 1e300 and 1e-300, not three hundred digits.
-                Some(toml::Value::Float(value)) if value.abs() >= 1e15 || value.abs() < 1e-6 => {
-                    format!("{key} = {value:e}: {what}")
-                }
-                Some(toml::Value::String(text)) => format!("{key} = {}: {what}", quoted(&text)),
-                Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}: {what}"),
-                _ => format!("{key}: {what}"),
-            };
+            let is_typed_as_table = value_at(&as_typed, &key).is_some_and(toml::Value::is_table);
+            let value = replaced.as_ref().or_else(|| value_at(&values, &key));
+            let is_drawn = is_typed_as_table && value.is_some_and(|value| !value.is_table());
+            let message = format!("{}: {what}", with_value(&key, value));
             let help = is_drawn.then(|| "this is what was drawn: narrow the distribution".to_owned());
             let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);
             // Where the text cannot be read, that is the mistake.
             let line = |problem: &Problem| problem.place.map(|place| place.line);
-            if !(is_text_broken && typed.problems.iter().any(|told| line(told) == line(&problem))) {
+            if !(typed.is_text_broken && typed.problems.iter().any(|told| line(told) == line(&problem))) {
                 problems.push(problem);
             }
         }
         problems.sort_by_key(|problem| problem.place.map_or((usize::MAX, 0), |place| (place.line, place.column)));
         Err(ScenarioError { problems })
     }
-}
-
-fn lookup<'a>(values: &'a toml::Value, key: &str) -> Option<&'a toml::Value> {
-    key.split('.').try_fold(values, |here, part| match here {
-        toml::Value::Array(values) => values.get(part.parse::<usize>().ok()?),
-        _ => here.get(part),
-    })
 }

@@ -10,7 +10,7 @@ use super::schema::KEYS;
 use crate::text::{quoted, words};
 
 /// After so many, reading stops: what goes wrong so often is not a scenario with mistakes.
-pub(super) const MISTAKES_MAX: usize = 20;
+pub const MISTAKES_MAX: usize = 20;
 
 /// Something that cannot be taken for what it stands for.
 pub(super) struct Mistake {
@@ -25,6 +25,7 @@ pub(super) struct Mistake {
 /// The scenario, without what is wrong; `None` if too much is.
 pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     let mut mistakes = Vec::new();
+    take_out_unknown(&mut table, "", &mut mistakes);
     while mistakes.len() < MISTAKES_MAX {
         let error = match serde_path_to_error::deserialize(Value::Table(table.clone())) {
             Ok(file) => return (Some(file), mistakes),
@@ -33,7 +34,7 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
         let key = dotted(error.path());
         // The library adds a line that says where; the key says it better.
         let inner = error.into_inner().to_string();
-        let value = lookup(&table, &key).cloned();
+        let value = value_at(&table, &key).cloned();
         let (message, help) = told(&key, value.as_ref(), inner.lines().next().unwrap_or_default());
         let left_out = take_out(&mut table, &key);
         let stuck = left_out.is_none();
@@ -43,6 +44,38 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
         }
     }
     (None, mistakes)
+}
+
+/// Takes out all keys of a table that there are not: at once, as there may be many. `at` is the table's own key.
+fn take_out_unknown(table: &mut Table, at: &str, mistakes: &mut Vec<Mistake>) {
+    // Of a number's distribution, or what stands where no table belongs, the library tells.
+    let Some(keys) = KEYS.of(at) else { return };
+    table.retain(|typed, value| {
+        let key = if at.is_empty() { typed.to_owned() } else { format!("{at}.{typed}") };
+        let is_known = keys.contains(&typed);
+        if is_known {
+            inner_tables(&key, value).for_each(|(key, table)| take_out_unknown(table, &key, mistakes));
+        } else if mistakes.len() < MISTAKES_MAX {
+            let message = format!("{}: there is no such key", words(&key));
+            let help = Some(meant(at, typed, &keys));
+            mistakes.push(Mistake { left_out: key.clone(), key, message, help });
+        }
+        is_known
+    });
+}
+
+/// The value, if it is a table, or the tables of which it is an array; with their keys.
+fn inner_tables<'a>(key: &str, value: &'a mut Value) -> impl Iterator<Item = (String, &'a mut Table)> {
+    let (table, array) = match value {
+        Value::Table(table) => (Some((key.to_owned(), table)), None),
+        Value::Array(values) => (None, Some(values)),
+        _ => (None, None),
+    };
+    let array = array.into_iter().flatten().enumerate();
+    table.into_iter().chain(array.filter_map(move |(index, value)| match value {
+        Value::Table(table) => Some((format!("{key}.{index}"), table)),
+        _ => None,
+    }))
 }
 
 /// `uavs.at.1.x_m`.
@@ -57,15 +90,7 @@ fn dotted(path: &Path) -> String {
 
 /// What is wrong with a key, and what may have been meant, from what the library says of it.
 fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>) {
-    let shown = words(key);
-    if what.starts_with("unknown field") && KEYS.number(key).is_none() {
-        return (format!("{shown}: there is no such key"), meant(key));
-    }
-    let is = match value {
-        Some(Value::String(text)) => format!("{shown} = {}", quoted(text)),
-        Some(value) if !value.is_table() && !value.is_array() => format!("{shown} = {value}"),
-        _ => shown,
-    };
+    let is = with_value(key, value);
     if let Some(words) = KEYS.words(key) {
         let listed: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
         let near = value.and_then(Value::as_str).and_then(|typed| nearest(typed, &words));
@@ -80,27 +105,24 @@ fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>
     }
 }
 
-/// What a person who typed an unknown key may have meant.
-fn meant(key: &str) -> Option<String> {
-    let (table, typed) = key.rsplit_once('.').unwrap_or(("", key));
-    // Of a key that has a dot in itself, this is no table of ours.
-    let keys = KEYS.of(table)?;
-    if let Some(near) = nearest(typed, &keys) {
-        return Some(did_you_mean(near));
+/// What a person may have meant who typed a key into a table that has others.
+fn meant(table: &str, typed: &str, keys: &[&str]) -> String {
+    if let Some(near) = nearest(typed, keys) {
+        return did_you_mean(near);
     }
     let place = |table: &str| if table.is_empty() { "at the top".to_owned() } else { format!("in [{table}]") };
-    Some(match KEYS.tables_with(typed).first() {
+    match KEYS.tables_with(typed).first() {
         Some(elsewhere) => format!("`{typed}` stands {}", place(elsewhere)),
         None => format!("{} there are {}", place(table), keys.join(", ")),
-    })
+    }
 }
 
-fn did_you_mean(word: &str) -> String {
+pub(super) fn did_you_mean(word: &str) -> String {
     format!("did you mean `{word}`?")
 }
 
 /// The word that is nearest to what was typed: without its unit, or with a letter or some wrong.
-fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
+pub(super) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
     // Long enough for every key; the measure takes the product of both lengths.
     if typed.len() > 60 {
         return None;
@@ -114,10 +136,25 @@ fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
     near.filter(|(distance, word)| *distance * 3 <= word.len()).map(|(_, word)| word)
 }
 
+/// A key and its value, if it has one that is short: `uavs.count = 0`.
+pub(super) fn with_value(key: &str, value: Option<&Value>) -> String {
+    let key = words(key);
+    match value {
+        // 1e300 and 1e-300, not three hundred digits.
+        Some(Value::Float(value)) if value.abs() >= 1e15 || value.abs() > 0.0 && value.abs() < 1e-6 => {
+            format!("{key} = {value:e}")
+        }
+        Some(Value::String(text)) => format!("{key} = {}", quoted(text)),
+        Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}"),
+        _ => key,
+    }
+}
+
 /// The value of a dotted key.
-fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
-    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
-    rest.into_iter().flat_map(|rest| rest.split('.')).try_fold(table.get(first)?, |here, part| match here {
+pub(super) fn value_at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let mut parts = key.split('.');
+    let first = table.get(parts.next()?)?;
+    parts.try_fold(first, |here, part| match here {
         Value::Array(values) => values.get(part.parse::<usize>().ok()?),
         here => here.get(part),
     })

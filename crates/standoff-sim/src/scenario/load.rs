@@ -1,7 +1,7 @@
 //! From a scenario's text and what the command line changes about it to its typed form.
 
 use std::io;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,15 +10,20 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in};
+use super::check::TARGETS_MAX;
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::file::ScenarioFile;
-use super::form::{self, MISTAKES_MAX};
-use super::locate::{Map, place_of};
+use super::form::{self, MISTAKES_MAX, did_you_mean, nearest};
+use super::locate::{Map, line_around, place_of};
 use crate::input;
 use crate::text::{quoted, words};
 
-/// Longer files are refused. Ten thousand targets spelt out are 2 MiB.
-const LENGTH_MAX: u64 = 4 << 20;
+/// Longer files are refused. As many targets as are allowed, spelt out, are 1 MiB.
+pub(crate) const LENGTH_MAX: u64 = 2 << 20;
+
+/// Texts with more line ends and signs between words are refused: what is made of each can take 500 bytes of memory. As
+/// many targets as are allowed, spelt out, have 180,000.
+const SIGNS_MAX: usize = 200_000;
 
 /// What the command line changes about a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -38,10 +43,12 @@ pub(super) struct Typed {
     pub(super) name: String,
     /// Without what is wrong in its form.
     pub(super) file: ScenarioFile,
-    /// What is wrong in its form.
+    /// What is wrong in its form, and with what the command line changes.
     pub(super) problems: Vec<Problem>,
-    /// Keys that were left out of `file` for that; in a text that is not TOML, all but those that were found in it.
+    /// Keys that were left out of `file` because what stands there cannot be taken for what it should be.
     pub(super) left_out: Vec<String>,
+    /// Parts of the text are not TOML: what stands there is not in `file`, whichever keys it was.
+    pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
     /// Where the traffic file is looked for; `None`: among the built-in ones.
     pub(super) traffic_from: Option<PathBuf>,
@@ -77,8 +84,12 @@ impl Typed {
                 (stem, name_or_file.to_owned(), read(name_or_file)?, Some(folder))
             }
         };
-        let mut origin = Origin { label, text: text.into(), edited: Vec::new() };
-        let (mut table, mut problems) = parse(&origin);
+        let text: Arc<str> = text.into();
+        let mut origin = Origin { label, text: Arc::clone(&text), edited: Vec::new() };
+        check_size(&origin.label, &text)?;
+        let map = Map::new(&text);
+        let (mut table, mut problems) = understood(&map, &origin);
+        let is_text_broken = !problems.is_empty();
         if let Some(traffic) = &edits.traffic {
             table.remove("targets");
             table.remove("traffic");
@@ -106,35 +117,38 @@ impl Typed {
                 }
             });
         }
-        Self::new(name, table, problems, origin, traffic_from)
+        let (file, left_out) = take(table, &map, &origin, &mut problems)?;
+        Ok(Self { name, file, problems, left_out, is_text_broken, origin, traffic_from })
     }
 
     /// A scenario that is nothing but its text.
     pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
         let origin = Origin { label: label.to_owned(), text: text.into(), edited: Vec::new() };
-        let (table, problems) = parse(&origin);
-        Self::new(label.to_owned(), table, problems, origin, None)
+        check_size(label, text)?;
+        let map = Map::new(text);
+        let (table, mut problems) = understood(&map, &origin);
+        let is_text_broken = !problems.is_empty();
+        let (file, left_out) = take(table, &map, &origin, &mut problems)?;
+        Ok(Self { name: label.to_owned(), file, problems, left_out, is_text_broken, origin, traffic_from: None })
     }
+}
 
-    /// Fails where nothing can be said of what is left.
-    fn new(
-        name: String,
-        table: Table,
-        mut problems: Vec<Problem>,
-        origin: Origin,
-        traffic_from: Option<PathBuf>,
-    ) -> Result<Self, ScenarioError> {
-        let (file, mistakes) = form::typed(table);
-        let map = Map::new(&origin.text);
-        let mut left_out = Vec::new();
-        for mistake in mistakes {
-            problems.push(origin.problem(&map, &mistake.key, mistake.message, mistake.help));
-            left_out.push(mistake.left_out);
-        }
-        match file {
-            Some(file) => Ok(Self { name, file, problems, left_out, origin, traffic_from }),
-            None => Err(ScenarioError { problems }),
-        }
+/// What a table says, and the keys that had to be left out. Fails where nothing can be said of what is left.
+fn take(
+    table: Table,
+    map: &Map,
+    origin: &Origin,
+    problems: &mut Vec<Problem>,
+) -> Result<(ScenarioFile, Vec<String>), ScenarioError> {
+    let (file, mistakes) = form::typed(table);
+    let mut left_out = Vec::new();
+    for mistake in mistakes {
+        problems.push(origin.problem(map, &mistake.key, mistake.message, mistake.help));
+        left_out.push(mistake.left_out);
+    }
+    match file {
+        Some(file) => Ok((file, left_out)),
+        None => Err(ScenarioError { problems: std::mem::take(problems) }),
     }
 }
 
@@ -149,20 +163,13 @@ impl Origin {
         if let Some(edited) = self.edited(key) {
             return Problem { help, ..on_command_line(message, &edited.text) };
         }
-        let span = map.find(key);
-        Problem {
-            file: self.label.clone(),
-            place: span.as_ref().map(|span| place_of(&self.text, span.start)),
-            excerpt: span.map(|span| Excerpt { text: Arc::clone(&self.text), span }),
-            message,
-            help,
-        }
+        Problem { help, ..self.at(map.find(key), message) }
     }
 
-    /// A problem with a part of the text that cannot be read.
-    fn broken(&self, span: Range<usize>, message: String) -> Problem {
-        let place = Some(place_of(&self.text, span.start));
-        let excerpt = Some(Excerpt { text: Arc::clone(&self.text), span });
+    /// A problem with a part of the text, or with all of it.
+    fn at(&self, span: Option<Range<usize>>, message: String) -> Problem {
+        let place = span.as_ref().map(|span| place_of(&self.text, span.start));
+        let excerpt = span.map(|span| Excerpt { text: Arc::clone(&self.text), span });
         Problem { file: self.label.clone(), place, excerpt, message, help: None }
     }
 
@@ -186,6 +193,27 @@ pub(super) fn related(one: &str, other: &str) -> bool {
     one == other || within(one, other) || within(other, one)
 }
 
+/// Refuses a text that would take too much to be read.
+pub(super) fn check_size(label: &str, text: &str) -> Result<(), ScenarioError> {
+    let signs: usize = text.bytes().map(signs_of).sum();
+    if signs <= SIGNS_MAX && text.len() as u64 <= LENGTH_MAX {
+        return Ok(());
+    }
+    let what = format!(
+        "it has more keys and values than {TARGETS_MAX} targets need; name them in a traffic file, see [traffic]"
+    );
+    Err(ScenarioError::one(label, None, what))
+}
+
+/// What a byte counts for: a dot may begin a table of its own.
+fn signs_of(byte: u8) -> usize {
+    match byte {
+        b'_' | b'-' => 0,
+        b'.' => 3,
+        _ => (byte.is_ascii_control() || byte.is_ascii_punctuation()).into(),
+    }
+}
+
 fn on_command_line(message: String, text: &Arc<str>) -> Problem {
     let excerpt = Some(Excerpt { text: Arc::clone(text), span: 0..text.len() });
     Problem { file: "command line".to_owned(), place: None, excerpt, message, help: None }
@@ -197,8 +225,10 @@ fn read(name: &str) -> Result<String, ScenarioError> {
         Ok(bytes) => bytes,
         Err(reason) if reason.kind() == io::ErrorKind::NotFound && Path::new(name).extension().is_none() => {
             let names: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
-            let names = names.join(", ");
-            return refuse(&format!("no such scenario; built in are {names}; or name a file ({reason})"));
+            let listed = names.join(", ");
+            let message = format!("no such scenario; built in are {listed}; or name a file ({reason})");
+            let help = nearest(name, &names).map(did_you_mean);
+            return Err(Problem { file: name.to_owned(), place: None, excerpt: None, message, help }.into());
         }
         Err(reason) if reason.kind() == io::ErrorKind::FileTooLarge => {
             return refuse(&format!("{reason}; name many targets in a traffic file, see [traffic]"));
@@ -225,15 +255,15 @@ fn is_half(bytes: &[u8]) -> bool {
 }
 
 /// What can be understood of a text, and what cannot: once a line.
-fn parse(origin: &Origin) -> (Table, Vec<Problem>) {
-    let (table, errors) = DeTable::parse_recoverable(&origin.text);
+fn understood(map: &Map, origin: &Origin) -> (Table, Vec<Problem>) {
     let mut problems: Vec<Problem> = Vec::new();
-    for error in errors {
+    let mut broken: Vec<RangeInclusive<usize>> = Vec::new();
+    for error in &map.errors {
         let span = error.span().unwrap_or_default();
-        let place = place_of(&origin.text, span.start);
-        if problems.iter().any(|told| told.place.is_some_and(|told| told.line == place.line)) {
+        if broken.iter().any(|line| line.contains(&span.start)) {
             continue;
         }
+        broken.push(line_around(&origin.text, span.start));
         let message = match error.message().trim() {
             // Found for whatever stands where a value should.
             "string values must be quoted, expected literal string" => {
@@ -241,26 +271,25 @@ fn parse(origin: &Origin) -> (Table, Vec<Problem>) {
             }
             what => words(what),
         };
-        problems.push(origin.broken(span, message));
+        problems.push(origin.at(Some(span), message));
         if problems.len() == MISTAKES_MAX {
             break;
         }
     }
-    let broken: Vec<usize> = problems.iter().filter_map(|problem| problem.place).map(|place| place.line).collect();
-    let mut reader = Understood { origin, broken, problems };
-    let table = reader.table(table.get_ref());
+    let mut reader = Reader { origin, broken, problems };
+    let table = reader.table(map.root.get_ref());
     (table, reader.problems)
 }
 
 /// Takes over what has a value, and leaves out what stands where something is broken.
-struct Understood<'a> {
+struct Reader<'a> {
     origin: &'a Origin,
-    /// Lines.
-    broken: Vec<usize>,
+    /// Lines, as bytes of the text.
+    broken: Vec<RangeInclusive<usize>>,
     problems: Vec<Problem>,
 }
 
-impl Understood<'_> {
+impl Reader<'_> {
     fn table(&mut self, table: &DeTable) -> Table {
         let mut sound = Table::new();
         for (key, value) in table {
@@ -287,7 +316,8 @@ impl Understood<'_> {
                     // Of what TOML takes for a value, only numbers can be more than we have room for.
                     if self.problems.len() < MISTAKES_MAX {
                         let typed = self.origin.text.get(value.span()).unwrap_or_default();
-                        self.problems.push(self.origin.broken(value.span(), format!("{}: too large", words(typed))));
+                        let message = format!("{}: too large", words(typed));
+                        self.problems.push(self.origin.at(Some(value.span()), message));
                     }
                     None
                 }
@@ -296,7 +326,7 @@ impl Understood<'_> {
     }
 
     fn is_broken(&self, at: usize) -> bool {
-        self.broken.contains(&place_of(&self.origin.text, at).line)
+        self.broken.iter().any(|line| line.contains(&at))
     }
 }
 

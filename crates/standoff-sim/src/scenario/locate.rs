@@ -1,6 +1,6 @@
 //! Where a key of a scenario stands, so that an error can point at it.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -14,14 +14,18 @@ pub struct Place {
     pub column: usize,
 }
 
-/// The text of a scenario, parsed for places.
+/// The text of a scenario, parsed with places.
 pub(super) struct Map<'a> {
-    root: Spanned<DeTable<'a>>,
+    /// What can be parsed of it.
+    pub(super) root: Spanned<DeTable<'a>>,
+    /// What cannot.
+    pub(super) errors: Vec<toml::de::Error>,
 }
 
 impl<'a> Map<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { root: DeTable::parse_recoverable(text).0 }
+        let (root, errors) = DeTable::parse_recoverable(text);
+        Self { root, errors }
     }
 
     /// Where a dotted key stands with its value (`uavs.at.1.x_m`), or the nearest table around it; bytes.
@@ -54,7 +58,7 @@ impl<'a> Step<'a> {
     fn into_part(self, part: &str) -> Option<(Range<usize>, Option<Step<'a>>)> {
         let (span, value) = match self {
             Step::Table(table) => {
-                let (key, value) = table.iter().find(|(key, _)| key.get_ref() == part)?;
+                let (key, value) = table.get_key_value(part)?;
                 (key.span(), value)
             }
             Step::Array(values) => {
@@ -73,8 +77,15 @@ impl<'a> Step<'a> {
 /// The place of a byte of a text.
 pub(super) fn place_of(text: &str, offset: usize) -> Place {
     let before = text.get(..offset).unwrap_or(text);
-    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    Place { line: before.matches('\n').count() + 1, column: before[line_start..].chars().count() + 1 }
+    let start = *line_around(before, before.len()).start();
+    Place { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
+}
+
+/// The line of a byte of a text, up to the byte that ends it, or the text's end.
+pub(super) fn line_around(text: &str, offset: usize) -> RangeInclusive<usize> {
+    let (before, after) = text.split_at_checked(offset).unwrap_or((text, ""));
+    let end = after.find('\n').map_or(text.len(), |newline| before.len() + newline);
+    before.rfind('\n').map_or(0, |newline| newline + 1)..=end
 }
 
 #[cfg(test)]

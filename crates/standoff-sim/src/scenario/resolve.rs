@@ -10,7 +10,7 @@ use super::builtin::BUILT_IN_TRAFFIC;
 use super::check::{Problems, check_about, check_settings, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
-use super::load::Typed;
+use super::load::{Typed, check_size};
 use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::team;
@@ -314,14 +314,17 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
     warnings
 }
 
-/// A file in which every value is spelt out, as text. Paths stay behind: a record says what was flown, not where.
+/// A file in which every value is spelt out, as text that can be read again. Paths stay behind: a record says what was
+/// flown, not where.
 pub(super) fn text(name: &str, file: &ScenarioFile) -> Result<String, ScenarioError> {
     let mut file = file.clone();
     if let Some(traffic) = &mut file.traffic {
         let name = Path::new(&traffic.file).file_name();
         traffic.file = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     }
-    toml::to_string(&file).map_err(|error| ScenarioError::one(name, None, error.to_string()))
+    let text = toml::to_string(&file).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
+    check_size(name, &text)?;
+    Ok(text)
 }
 
 /// A stable hash of a key (FNV-1a).
