@@ -308,6 +308,17 @@ fn euler_at_table_1_is_warned_of() {
 }
 
 #[test]
+fn an_euler_step_that_would_diverge_is_refused_where_the_lag_is_typed() {
+    let text = "[[targets.at]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\nspeed_lag_s = 0.1\n";
+    let error = Template::of_text("mine.toml", text, None).and_then(|template| template.draw(1)).unwrap_err();
+    let expected =
+        "mine.toml:5:1: uavs.speed_lag_s = 0.1: must be at least 0.25 (an Euler step needs half the period or more)";
+    assert_eq!(error.to_string(), expected);
+    let exact = text.replace("euler", "exact");
+    assert!(Template::of_text("mine.toml", &exact, None).and_then(|template| template.draw(1)).is_ok());
+}
+
+#[test]
 fn a_traffic_error_points_into_the_traffic_file() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("city.xml");

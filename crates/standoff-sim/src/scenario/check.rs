@@ -1,6 +1,6 @@
 //! What is allowed in a scenario, and how what is not is reported: where it was typed, in the unit it was typed in.
 
-use standoff::{Allowed, ParamError, TeamParams};
+use standoff::{Allowed, Duration, ParamError, TeamParams};
 
 use super::error::{Problem, ScenarioError};
 use super::file::ScenarioFile;
@@ -35,8 +35,9 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &
         .because("a less certain track is lost: below filter.lost_position_sd_m");
     problems.check("cue.position_sd_m", value(&cue.position_sd_m), findable);
     problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::at_least(1e-3).at_most(1e3));
-    for error in team.errors() {
-        problems.add_param(&error);
+    let over_a_period = team.uav.errors_over(Duration::from_s(period_s));
+    for error in team.errors().iter().chain(&over_a_period) {
+        problems.add_param(error);
     }
 }
 
