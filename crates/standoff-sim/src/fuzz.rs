@@ -8,6 +8,7 @@ pub(crate) mod mutation;
 mod scenario;
 mod traffic;
 
+use std::fmt::Display;
 use std::panic::RefUnwindSafe;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -32,13 +33,54 @@ pub(crate) fn run(target: &str, least_accepted: f64, try_one: impl Fn(&mut Choic
 
 /// A message for people: on one line, not endless, nothing in it that a terminal obeys.
 #[track_caller]
-pub(crate) fn check_message(message: &str) {
+fn check_message(message: &str) {
     assert!(!message.is_empty() && message.chars().count() <= 2000, "{} bytes: {message:?}", message.len());
     assert!(
         message.chars().all(|c| !c.is_control() && !matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')),
         "{message:?}"
     );
 }
+
+/// An input was refused, in a message fit for people.
+#[track_caller]
+pub(crate) fn refused(error: &impl Display) -> bool {
+    check_message(&error.to_string());
+    false
+}
+
+/// Words of the JSON of records and batches.
+pub(crate) const JSON: [&str; 30] = [
+    "{",
+    "}",
+    "[",
+    "]",
+    ":",
+    ",",
+    "null",
+    "true",
+    "\"format\": 1,",
+    "\"format\": 2,",
+    "\"format\": 3",
+    "\"format\": 99,",
+    "\"seed\"",
+    "\"version\"",
+    "\"runs\"",
+    "\"duration_s\"",
+    "\"period_s\"",
+    "\"origin\": {\"latitude_deg\": 91, \"longitude_deg\": 0},",
+    "\"shard\": {\"index\": 0, \"of\": 0},",
+    "\"shard\": {\"index\": 1, \"of\": 2},",
+    "\"metrics\": [],",
+    "\"metrics\": [\"anees\", \"anees\"],",
+    "\"nonsense\"",
+    "\"extra\": 1,",
+    "\"x\"",
+    "1e400",
+    "\\u0000",
+    "\\u001b",
+    "\\ud800",
+    "[[[[[[[[",
+];
 
 /// The files of a corpus, by name.
 pub(crate) fn corpus(kind: &str) -> Vec<Vec<u8>> {

@@ -3,6 +3,9 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
+use common::Draw;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use proptest::prelude::*;
 use standoff::*;
@@ -17,18 +20,6 @@ struct Problem {
     sensor: SensorParams,
     start: Estimate,
     scans: Vec<Looks>,
-}
-
-/// Numbers in [-1, 1) without a pattern: xorshift.
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 }
 
 const STEPS: usize = 200;

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::OwnedScan;
+use common::{Draw, OwnedScan};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -57,18 +57,6 @@ impl Isometry {
             speed_m_s: uav.speed_m_s,
             turn_rate_rad_s: self.turn_rate(uav.turn_rate_rad_s),
         }
-    }
-}
-
-/// Numbers in [-1, 1) without a pattern: xorshift.
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }
 

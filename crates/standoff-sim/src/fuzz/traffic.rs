@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::mutation::Choices;
-use super::{check_message, corpus, run};
+use super::{corpus, refused, run};
 use crate::traffic::{Coordinates, Options, read_from};
 
 const XML: [&str; 30] = [
@@ -77,10 +77,7 @@ fn options(choices: &mut Choices<'_>) -> Options {
 fn try_one(bytes: &[u8], options: &Options) -> bool {
     let traffic = match read_from(bytes, "file\u{1b}", options) {
         Ok(traffic) => traffic,
-        Err(error) => {
-            check_message(&error.to_string());
-            return false;
-        }
+        Err(error) => return refused(&error),
     };
     assert!(!traffic.vehicles.is_empty() && traffic.begin_us <= traffic.end_us);
     for vehicle in &traffic.vehicles {

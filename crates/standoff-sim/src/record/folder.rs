@@ -57,12 +57,7 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
         return Err(RecordError::NoName { dir });
     }
     let (partial, older) = (beside(dir, PARTIAL), beside(dir, OLDER));
-    for path in [dir, &older] {
-        if occupancy(path) == Occupancy::Other {
-            let dir = path.to_owned();
-            return Err(RecordError::Occupied { dir });
-        }
-    }
+    check_place(dir, &older)?;
     let set_aside = settle(dir, &partial, &older)?;
     let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());
     let made: Vec<PathBuf> = parents.take_while(|parent| !parent.exists()).map(Path::to_owned).collect();
@@ -76,16 +71,19 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
     }
 }
 
+/// Refuses a place where something lies that must not be replaced, or beside it.
+fn check_place(dir: &Path, older: &Path) -> Result<(), RecordError> {
+    match [dir, older].into_iter().find(|path| occupancy(path) == Occupancy::Other) {
+        Some(path) => Err(RecordError::Occupied { dir: path.to_owned() }),
+        None => Ok(()),
+    }
+}
+
 /// Moves a finished record to its place. An older run there is moved aside first and removed last: at every instant the
 /// one or the other is whole.
 pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordError> {
     let older = beside(dir, OLDER);
-    for path in [dir, &older] {
-        if occupancy(path) == Occupancy::Other {
-            let dir = path.to_owned();
-            return Err(RecordError::Occupied { dir });
-        }
-    }
+    check_place(dir, &older)?;
     let replaces = occupancy(dir) == Occupancy::OlderRun;
     if replaces {
         remove_ours(&older)?;

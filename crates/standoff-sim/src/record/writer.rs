@@ -272,8 +272,8 @@ impl Closed {
     }
 }
 
-/// Puts the manifest in its place, whole (`onto_disk`: even after a power cut); gives the file with the lock on it. One that it replaces stays locked, too, as
-/// long as it is open: at no instant can another run take the folder.
+/// Puts the manifest in its place, whole (`onto_disk`: even after a power cut); gives the file with the lock on it. One
+/// that it replaces stays locked, too, as long as it is open: at no instant can another run take the folder.
 fn put_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, RecordError> {
     let place = partial.join(MANIFEST);
     let path = beside(&place, PARTIAL);

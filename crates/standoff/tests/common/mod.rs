@@ -10,6 +10,19 @@
 
 use standoff::*;
 
+/// Numbers in [-1, 1) without a pattern: xorshift.
+pub struct Draw(pub u64);
+
+impl Draw {
+    /// The next one.
+    pub fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
 /// Where a target is at a time, and how it moves; `None`: it is not there.
 pub type Motion = fn(u32, Time) -> Option<(Position, Velocity)>;
 
