@@ -124,7 +124,7 @@ fn scenarios_with_too_much_of_something_are_refused_as_quickly() {
         (format!("a = [{}]", within("1,", 1)), "a: there is no such key"),
         (format!("a{} = 1", within(".a", 3)), "recursion limit"),
         (format!("about = \"{}\"", within("\\q", 1)), "f.toml:1:"),
-        (within("\r", 1), "f.toml:1:1"),
+        (within("\r", 1), "f.toml:1:2"),
         (within("=", 1), "f.toml:1:2"),
         ("a ".repeat(1_000_000), "f.toml:1:3"),
         (format!("a = {}", "a ".repeat(1_000_000)), "not a value"),
