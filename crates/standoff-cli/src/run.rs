@@ -75,6 +75,9 @@ impl Default for Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    if args.served.has_address() && !args.view {
+        return Err(Failure::Input("--listen is where --view serves its page: add --view".into()));
+    }
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::Scenario)?;
     for warning in &scenario.warnings {

@@ -40,9 +40,9 @@ pub(crate) struct Args {
     what: Vec<String>,
     #[command(flatten)]
     changes: Changes,
-    /// Seed of everything random; of a scenario.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    /// Seed of everything random; of a scenario [default: 1].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     #[command(flatten)]
     metrics: Wanted,
     #[command(flatten)]
@@ -78,11 +78,11 @@ fn show(shown: Shown, args: &Args) -> Result<(), Failure> {
 
 /// Many runs, any of which is flown again when somebody wants to see it.
 fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
+    let traffic = args.changes.only_traffic().filter(|_| args.seed.is_none()).ok_or_else(|| {
+        Failure::Input("--uavs, --set and --seed are for a scenario, not for runs that have been flown".to_owned())
+    })?;
     let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(Failure::input)?;
     let batch = Batch::of(&results).map_err(Failure::input)?;
-    let traffic = args.changes.only_traffic().ok_or_else(|| {
-        Failure::Input("--uavs and --set change a scenario, not runs that have been flown".to_owned())
-    })?;
     let template = |results: &Results| {
         let template = results.batch().template(traffic);
         template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
@@ -112,9 +112,9 @@ struct Shown {
 
 /// A run that has been flown.
 fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
-    if !args.changes.is_empty() {
+    if !args.changes.is_empty() || args.seed.is_some() {
         return Err(Failure::Input(
-            "--traffic, --uavs and --set change a scenario, not a run that has been flown".into(),
+            "--traffic, --uavs, --set and --seed are for a scenario, not for a run that has been flown".into(),
         ));
     }
     let record = Record::open(dir).map_err(Failure::input)?;
@@ -143,7 +143,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
 /// A run that is flown to be looked at.
 fn flight(args: &Args) -> Result<Shown, Failure> {
     let name = args.changes.scenario(args.what.first().map(String::as_str), DEFAULT_SCENARIO);
-    let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::Scenario)?;
+    let scenario = Scenario::load(name, &args.changes.edits(), args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     scenario.warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let watched = Watched::flight(&scenario, false)?;
     let choice = args.metrics.choice;

@@ -26,23 +26,29 @@ const SHARE: u32 = 10;
 #[derive(Args)]
 pub(crate) struct Served {
     /// Serve the page at this address and port (port 0: one that is free). Who can reach it can see the page: other
-    /// machines, too, unless it is a loopback address.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value_t = SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))]
-    listen: SocketAddr,
+    /// machines, too, unless it is a loopback address [default: 127.0.0.1:0].
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    listen: Option<SocketAddr>,
     /// Do not open a browser.
     #[arg(long)]
     no_open: bool,
 }
 
 impl Served {
+    /// An address was given.
+    pub(crate) fn has_address(&self) -> bool {
+        self.listen.is_some()
+    }
+
     /// Serves a site until what is returned is dropped; `tell` is told its address.
     pub(crate) fn serve(
         &self,
         site: Arc<dyn Site>,
         tell: impl FnOnce(&str) -> Result<(), Failure>,
     ) -> Result<Server, Failure> {
-        let server = Server::bind(self.listen, site, Limits::default());
-        let server = server.map_err(|error| Failure::running(format!("--listen {}: {error}", self.listen)))?;
+        let listen = self.listen.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());
+        let server = Server::bind(listen, site, Limits::default());
+        let server = server.map_err(|error| Failure::running(format!("--listen {listen}: {error}")))?;
         let address = server.address();
         if !address.ip().is_loopback() {
             note("warning: this is not a loopback address: whoever can reach it can see the page");

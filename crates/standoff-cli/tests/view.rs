@@ -218,6 +218,8 @@ fn what_cannot_be_shown_is_refused() {
         (&["view", "--listen", &taken], 1, &taken),
         (&["run", "tour/02-two-uavs", "--view", "--rate", "0"], 2, "between 0.01 and 10000"),
         (&["run", "tour/02-two-uavs", "--rate", "2"], 2, "--view"),
+        (&["run", "tour/02-two-uavs", "--listen", "127.0.0.1:0"], 2, "add --view"),
+        (&["view", "empty", "--seed", "3"], 2, "for a scenario"),
     ] {
         let output = start(folder.path(), args).wait_with_output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
