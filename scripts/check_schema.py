@@ -10,6 +10,9 @@ import tomllib
 
 import jsonschema
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
+
 schema = json.load(open(sys.argv[1], encoding="utf-8"))
 jsonschema.Draft7Validator.check_schema(schema)
 validator = jsonschema.Draft7Validator(schema)

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_sim::record::{Closed, Frame, Kept, Occupancy, Writer, occupancy};
+use standoff_sim::record::{Closed, Frame, Kept, MAX_ROWS, Occupancy, Writer, occupancy};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::world::World;
@@ -165,6 +165,13 @@ fn fly(
 ) -> Result<Closed, Failure> {
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     let resolved = scenario.resolved().map_err(Failure::Scenario)?;
+    let rows = World::rows(scenario);
+    if rows > MAX_ROWS {
+        let what = "choose a shorter duration_s, a longer period_s or fewer targets, or standoff monte-carlo, which keeps no record";
+        return Err(Failure::Input(format!(
+            "the record could have {rows} rows of targets; at most {MAX_ROWS}: {what}"
+        )));
+    }
     let names = World::names(scenario);
     let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(Failure::running)?;
     if let Some(older) = writer.set_aside() {

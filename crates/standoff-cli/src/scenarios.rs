@@ -33,5 +33,7 @@ pub(crate) fn check(file: &str) -> Result<(), Failure> {
     for warning in &scenario.warnings {
         note(&format!("warning: {file}: {warning}"));
     }
+    // What is flown has to be spelt out, too.
+    scenario.resolved().map_err(Failure::Scenario)?;
     print(&format!("{file}: good ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))
 }

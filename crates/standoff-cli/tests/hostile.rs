@@ -95,6 +95,11 @@ fn scenarios_that_are_none_are_refused() {
     check_scenario(&with(&"a = 3\r\n".repeat(50_000)), &["f.toml:1:1"]);
     check_scenario(&"[[targets.at]]\nz = 1\n".repeat(10_000).into_bytes(), &["f.toml:2:1", "targets.at.0.z"]);
     check_scenario(
+        b"duration_s = 50000\n[targets.scatter]\ncount = 1000\nx_m = 0\ny_m = 0\nvx_m_s = 0\nvy_m_s = 0",
+        &["the record could have 100001000 rows of targets; at most 100000000: choose a shorter duration_s"],
+    );
+    check_scenario(&with("duration_s = \"x, expected ABCD\""), &["must be a number, {"]);
+    check_scenario(
         b"[traffic]\nfile = \"../\\u001bx<img onerror=1>\"",
         &["../\\u{1b}x<img onerror=1>", "No such file"],
     );

@@ -27,5 +27,6 @@ pub use error::RecordError;
 pub use folder::{Occupancy, occupancy};
 pub use frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use manifest::{FORMAT, Manifest};
+pub use plausible::MAX_ROWS;
 pub use reader::{Frames, Record};
 pub use writer::{Closed, Kept, Writer};

@@ -26,12 +26,11 @@ pub use builtin::{BUILT_IN, BuiltIn, built_in};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub use form::MISTAKES_MAX;
 pub use load::Edits;
-pub(crate) use load::LENGTH_MAX;
+pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
 pub use locate::Place;
 pub use number::Number;
 pub use schema::schema;
 
-use crate::draws::Draws;
 use crate::traffic::{Origin, Traffic};
 
 /// Everything that determines a run.
@@ -208,7 +207,7 @@ impl Template {
             Ok(traffic) => (traffic, Vec::new()),
             Err(error) => (None, error.problems),
         };
-        if let Err(error) = resolve::checked(&typed, traffic.as_ref(), Draws::new(0)) {
+        if let Err(error) = resolve::checked(&typed, traffic.as_ref(), 0) {
             problems.splice(..0, error.problems);
         }
         Err(ScenarioError { problems })

@@ -16,8 +16,11 @@ pub fn quoted(text: &str) -> String {
 /// Somebody else's words as a part of a message: on one line, and not too long.
 #[must_use]
 pub fn words(text: &str) -> String {
+    // Spelt out, a character can become ten.
     let (text, more) = cut(text, PART);
-    escaped(text) + more
+    let escaped = escaped(text);
+    let (escaped, still_more) = cut(&escaped, PART);
+    escaped.to_owned() + if more.is_empty() { still_more } else { more }
 }
 
 /// Text without characters that break the line or upset a terminal: they are spelt out. Line ends are among them.
@@ -63,6 +66,7 @@ mod tests {
         assert_eq!(quoted(&"é".repeat(61)), format!("\"{}...\"", "é".repeat(60)));
         assert_eq!(words("it's \"é\"\r\u{9b}2J\0\u{7f}"), "it's \"é\"\\r\\u{9b}2J\\0\\u{7f}");
         assert_eq!(words(&"x".repeat(9999)), "x".repeat(200) + "...");
+        assert_eq!(words(&"\u{10ff00}".repeat(199)), r"\u{10ff00}".repeat(20) + "...");
         assert_eq!(lines("a\n\u{1b}b\n"), "a\n\\u{1b}b\n");
         assert_eq!(path(Path::new("o\u{1b}]0;title\u{7}/it's")), "o\\u{1b}]0;title\\u{7}/it's");
     }

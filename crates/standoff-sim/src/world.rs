@@ -5,7 +5,7 @@ use standoff::{Position, TargetId, TargetState, Time, Transition, Velocity};
 
 use crate::draws::{Draws, Stream};
 use crate::scenario::{Manoeuvre, Scenario, Targets};
-use crate::traffic::Traffic;
+use crate::traffic::{Traffic, Vehicle};
 
 /// A target as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +96,20 @@ impl<'a> World<'a> {
         match &scenario.targets {
             Targets::Random { start, .. } => (1..=start.len()).map(|number| format!("target-{number}")).collect(),
             Targets::Traffic(traffic) => traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect(),
+        }
+    }
+
+    /// How many rows of targets the record of a whole mission has at most.
+    pub fn rows(scenario: &Scenario) -> u64 {
+        let period_us = scenario.settings.period.us().max(1);
+        let ticks = |span_us: i64| span_us.max(0).unsigned_abs() / period_us.unsigned_abs() + 1;
+        let all = ticks(scenario.settings.duration.us());
+        match &scenario.targets {
+            Targets::Random { start, .. } => all.saturating_mul(start.len() as u64),
+            Targets::Traffic(traffic) => {
+                let there = |vehicle: &Vehicle| all.min(ticks(vehicle.last_us() - vehicle.first_us()) + 1);
+                traffic.vehicles.iter().map(there).sum()
+            }
         }
     }
 }

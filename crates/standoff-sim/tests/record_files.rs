@@ -356,7 +356,7 @@ fn a_damaged_checkpoint_gives_an_error_and_a_missing_one_says_that_nothing_was_k
 fn an_unfinished_run_is_kept_until_the_next_one_is_complete() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    let older = dir.with_file_name("run.older");
+    let older = dir.with_file_name("run.standoff-older");
     unfinished(&dir, 3);
 
     let mut writer = create(&dir).unwrap();
@@ -377,8 +377,8 @@ fn an_unfinished_run_is_kept_until_the_next_one_is_complete() {
 fn a_replacement_that_breaks_off_at_any_step_loses_and_mixes_nothing() {
     let moves: [&[(&str, &str)]; 4] = [
         &[("old", "run"), ("new", "run.partial")],
-        &[("old", "run.older"), ("new", "run.partial")],
-        &[("old", "run.older"), ("new", "run")],
+        &[("old", "run.standoff-older"), ("new", "run.partial")],
+        &[("old", "run.standoff-older"), ("new", "run")],
         &[("new", "run.partial")],
     ];
     for moves in moves {
@@ -407,7 +407,7 @@ fn a_stale_partial_folder_goes_only_if_it_is_ours() {
     drop(create(&dir).unwrap());
     assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
 
-    for taken in [partial(&dir), dir.with_file_name("run.older")] {
+    for taken in [partial(&dir), dir.with_file_name("run.standoff-older")] {
         fs::create_dir(&taken).unwrap();
         fs::write(taken.join("notes.txt"), "mine").unwrap();
         assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));

@@ -177,7 +177,7 @@ fn a_drawn_value_out_of_range_is_told_for_one() {
     let text = format!("[guidance]\nlead_s = {{ uniform = {{ min = -3, max = -2 }} }}\n{TARGET}");
     let error = load(&text).unwrap_err();
     assert!(error.starts_with("/mine.toml:2:1: guidance.lead_s = -2."), "{error}");
-    assert!(error.ends_with("; this is what was drawn: narrow the distribution"), "{error}");
+    assert!(error.ends_with("; this is what was drawn for seed 1: narrow the distribution"), "{error}");
 }
 
 #[test]
@@ -346,14 +346,32 @@ fn of_a_broken_edit_only_the_edit_is_told() {
 }
 
 #[test]
+fn there_are_at_most_5000_targets_however_they_are_listed() {
+    let refused = |scattered: usize, listed: usize| {
+        let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(listed);
+        let scatter = format!("scatter = {{count={scattered},x_m=0,y_m=0,vx_m_s=0,vy_m_s=0}}");
+        let text = format!("[targets]\nat = [{at}]\n{scatter}\n");
+        Template::of_text("many", &text, None)
+            .and_then(|template| template.draw(1))
+            .map(drop)
+            .map_err(|e| e.to_string())
+    };
+    assert_eq!(refused(2000, 3000), Ok(()));
+    assert!(
+        refused(2001, 3000).unwrap_err().contains("targets.scatter.count = 2001: must be at least 1 and at most 2000")
+    );
+    let many = "many:2:1: targets.at: must be at most 5000, not 5001; many targets belong in a traffic file";
+    assert!(refused(1, 5001).unwrap_err().starts_with(many));
+}
+
+#[test]
 fn a_scenario_that_could_not_be_read_again_is_refused_before_it_is_flown() {
     // Short as it is typed, long as it is spelt out.
-    let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(199_000 / 12);
-    let text = format!("targets.at = [{at}]\n");
-    let template = Template::of_text("many", &text, None).unwrap();
-    let error = template.draw(1).unwrap().resolved().unwrap_err().to_string();
+    let some = "{normal={mean=1,sd=1}}";
+    let at = format!("{{x_m={some},y_m={some},vx_m_s={some},vy_m_s={some}}},").repeat(4500);
+    let template = Template::of_text("many", &format!("targets.at = [{at}]\n"), None).unwrap();
+    let error = template.text().unwrap_err().to_string();
     assert!(error.starts_with("many: it has more keys and values than 5000 targets need"), "{error}");
-    assert_eq!(template.text().unwrap_err().to_string(), error);
 }
 
 /// Every key that a resolved scenario spells out is on the reference page, and every example there loads.

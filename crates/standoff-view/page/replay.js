@@ -78,6 +78,7 @@ async function load(page, source) {
   let [sealed, open] = [0, 0];
   let loading = false;
   let drawn_ms = 0;
+  let again;
   const isBehind = () => sealed < state.sealed || open !== state.open;
   const pause_ms = 2000;
   const more = async () => {
@@ -119,7 +120,8 @@ async function load(page, source) {
       page.state.trouble(`The data could not be read: ${error.message}`);
       loading = false;
       // What is inside a file will not become better.
-      if (source.live) setTimeout(more, pause_ms);
+      clearTimeout(again);
+      if (source.live) again = setTimeout(more, pause_ms);
       return;
     }
     loading = false;
@@ -127,7 +129,10 @@ async function load(page, source) {
   };
   const told = (now) => {
     // Another run is served at the same address by now.
-    if (state.run !== undefined && state.run !== now.run) location.reload();
+    if (state.run !== undefined && state.run !== now.run) {
+      location.reload();
+      return;
+    }
     state = now;
     page.state.trouble("");
     more();

@@ -36,7 +36,7 @@ pub enum RecordError {
         what: String,
     },
     /// The record is unfinished, and nothing in it can be read yet.
-    #[error("{} is a run that was ended before any of it was kept; fly the scenario.toml in it again", dir.display())]
+    #[error("{} is a run that was ended before any of it was kept; fly the scenario.toml in it again", text::path(dir))]
     NothingKept {
         /// The folder.
         dir: PathBuf,

@@ -4,7 +4,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::checkpoint::{self, CHECKPOINT};
+use super::checkpoint::{self, CHECKPOINT, Checkpoint};
 use super::rows::is_table;
 use super::{Manifest, RecordError};
 use crate::disk::{self, PARTIAL, beside};
@@ -35,8 +35,9 @@ pub fn occupancy(dir: &Path) -> Occupancy {
     }
 }
 
-/// What a record is called that another one will replace, until that one is whole.
-const OLDER: &str = ".older";
+/// What a record is called that another one will replace, until that one is whole: as nobody calls a copy of their own,
+/// because it is removed then.
+const OLDER: &str = ".standoff-older";
 
 /// The folder in which a record grows.
 pub(super) struct Growing {
@@ -50,7 +51,7 @@ pub(super) struct Growing {
 /// Makes the folder in which the record of `dir` grows, with the parents it needs.
 ///
 /// What an ended run has left there is not lost: a complete record is moved to its place, an unfinished one is set aside
-/// until the new one is whole.
+/// until the new one is whole; of two unfinished ones that which tells further.
 pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
     if dir.file_name().is_none() {
         let dir = dir.to_owned();
@@ -126,13 +127,18 @@ fn settle(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, R
     }
     if is_finished(partial) {
         move_into_place(partial, dir)?;
-    } else if checkpoint::is_in(partial) {
+    } else if tells_until(partial) > tells_until(older) {
         remove_ours(older)?;
         rename(partial, older)?;
     } else {
         remove_ours(partial)?;
     }
     Ok(older.exists().then(|| older.to_owned()))
+}
+
+/// Up to when an unfinished record tells, microseconds; `None` of nothing.
+fn tells_until(dir: &Path) -> Option<i64> {
+    Checkpoint::read(dir).ok().map(|checkpoint| checkpoint.last_us)
 }
 
 /// A whole record lies there.

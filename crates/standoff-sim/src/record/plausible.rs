@@ -4,20 +4,22 @@
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
-use parquet::file::metadata::ColumnChunkMetaData;
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 
 use super::thrift::Thrift;
 
-/// Largest description of a file (schema, row groups), bytes: 72 row groups of the widest table have 400 kB.
-const MAX_FOOTER: u64 = 4 << 20;
-/// Most columns and groups of columns; the widest table has 36.
+/// Largest description of a file (schema, row groups), bytes: the widest table has 5 MB at the most rows.
+const MAX_FOOTER: u64 = 8 << 20;
+/// Most columns and groups of columns; the widest table has 34.
 const MAX_COLUMNS: usize = 1000;
 /// Deepest nesting of columns: the record's own have none.
 const MAX_NESTED: usize = 16;
 /// Most rows of a table: a day of 1,000 targets every second.
-const MAX_ROWS: i64 = 100_000_000;
-/// Largest description of a page, bytes: without statistics, some 30.
+pub const MAX_ROWS: u64 = 100_000_000;
+/// Largest description of a page, bytes.
 const MAX_PAGE_HEADER: u64 = 16 << 10;
+/// As large as it is without statistics, with some room.
+const USUAL_PAGE_HEADER: u64 = 128;
 /// Largest page, unpacked, bytes: programs make them of about 1 MiB.
 const MAX_PAGE: i64 = 16 << 20;
 /// The most that the packing in use can unpack to, in times of its size, with some room: it has 21.
@@ -37,6 +39,17 @@ pub(super) fn check_end(file: &mut File) -> Result<(), String> {
     check_footer(&footer.ok_or("it does not end as a Parquet file")?)
 }
 
+/// Refuses row groups that are not as many rows as the file says.
+pub(super) fn check_rows(metadata: &ParquetMetaData) -> Result<(), String> {
+    let told = metadata.file_metadata().num_rows();
+    let mut groups = metadata.row_groups().iter().map(RowGroupMetaData::num_rows);
+    let rows = groups.try_fold(0_i64, |sum, rows| sum.checked_add(rows).filter(|_| rows >= 0));
+    match rows {
+        Some(rows) if rows == told => Ok(()),
+        _ => Err(format!("it says that it has {told} rows, and something else of its parts")),
+    }
+}
+
 /// Refuses a description that is not plausible.
 pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
     let mut fault = None;
@@ -50,7 +63,7 @@ pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
             }
             3 => {
                 let rows = thrift.int(value)?;
-                if !(0..=MAX_ROWS).contains(&rows) {
+                if !u64::try_from(rows).is_ok_and(|rows| rows <= MAX_ROWS) {
                     fault = Some(format!("it says that it has {rows} rows; at most {MAX_ROWS}"));
                 }
             }
@@ -74,7 +87,11 @@ fn footer(file: &mut File) -> std::io::Result<Option<Vec<u8>>> {
     file.read_exact(&mut tail)?;
     let [a, b, c, d, b'P', b'A', b'R', b'1'] = tail else { return Ok(None) };
     let bytes = u64::from(u32::from_le_bytes([a, b, c, d]));
-    let Some(start) = start.checked_sub(bytes).filter(|_| bytes <= MAX_FOOTER) else { return Ok(None) };
+    let Some(start) = start.checked_sub(bytes) else { return Ok(None) };
+    if bytes > MAX_FOOTER {
+        let what = format!("what it says of itself has {bytes} bytes; at most {MAX_FOOTER}");
+        return Err(std::io::Error::other(what));
+    }
     file.seek(SeekFrom::Start(start))?;
     let mut footer = vec![0; bytes as usize];
     file.read_exact(&mut footer)?;
@@ -118,8 +135,8 @@ pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> Resul
         return Err("a column lies outside of the file".to_owned());
     };
     while left > 0 {
-        let header = header(file, at, left.min(MAX_PAGE_HEADER)).map_err(|reason| reason.to_string())?;
-        let page = Page::read(&header).ok_or("what a page says of itself cannot be read")?;
+        let page = page(file, at, left).map_err(|reason| reason.to_string())?;
+        let page = page.ok_or("what a page says of itself cannot be read")?;
         let length = page.header + page.check()?;
         if length > left {
             return Err("a page is longer than its column".to_owned());
@@ -129,11 +146,17 @@ pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> Resul
     Ok(())
 }
 
-fn header(file: &mut File, at: u64, most: u64) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    file.seek(SeekFrom::Start(at))?;
-    file.take(most).read_to_end(&mut bytes)?;
-    Ok(bytes)
+/// What the page at a place says of itself, in at most `most` bytes; `None` if it cannot be read.
+fn page(file: &mut File, at: u64, most: u64) -> std::io::Result<Option<Page>> {
+    for length in [USUAL_PAGE_HEADER, MAX_PAGE_HEADER] {
+        let mut bytes = Vec::new();
+        file.seek(SeekFrom::Start(at))?;
+        file.take(length.min(most)).read_to_end(&mut bytes)?;
+        if let Some(page) = Page::read(&bytes) {
+            return Ok(Some(page));
+        }
+    }
+    Ok(None)
 }
 
 /// What a page says of itself.
@@ -141,23 +164,30 @@ fn header(file: &mut File, at: u64, most: u64) -> std::io::Result<Vec<u8>> {
 struct Page {
     /// Length of the description, bytes.
     header: u64,
+    kind: i64,
     unpacked: i64,
     packed: i64,
     values: i64,
     encoding: i64,
-    is_dictionary: bool,
+    /// Which descriptions by kind of page there are: fields 5 to 8.
+    described: Vec<i16>,
 }
+
+/// Data, a dictionary, and data in version 2 of the format: the kind of a page, and the field that describes it.
+const DATA: (i64, i16) = (0, 5);
+const DICTIONARY: (i64, i16) = (2, 7);
+const DATA_2: (i64, i16) = (3, 8);
 
 impl Page {
     fn read(bytes: &[u8]) -> Option<Self> {
         let mut page = Self::default();
         let mut thrift = Thrift::new(bytes);
         thrift.structure(|thrift, id, value| match id {
+            1 => thrift.int(value).map(|kind| page.kind = kind),
             2 => thrift.int(value).map(|unpacked| page.unpacked = unpacked),
             3 => thrift.int(value).map(|packed| page.packed = packed),
-            // The description of data, a dictionary, or data in version 2 of the format.
-            5 | 7 | 8 => {
-                page.is_dictionary |= id == 7;
+            5..=8 => {
+                page.described.push(id);
                 let encoding = if id == 8 { 4 } else { 2 };
                 thrift.structure(|thrift, id, value| match id {
                     1 => thrift.int(value).map(|values| page.values = values),
@@ -173,7 +203,12 @@ impl Page {
 
     /// The length of what follows its description, if all that it says is plausible.
     fn check(&self) -> Result<u64, String> {
-        let &Self { unpacked, packed, values, encoding, is_dictionary, .. } = self;
+        let &Self { unpacked, packed, values, encoding, .. } = self;
+        let is = |(kind, field)| self.kind == kind && self.described == [field];
+        let is_dictionary = is(DICTIONARY);
+        if !(is(DATA) || is(DATA_2) || is_dictionary) {
+            return Err("a page is neither data nor a dictionary, or says both".to_owned());
+        }
         let most = MAX_PAGE.min(packed.saturating_mul(MAX_RATIO).saturating_add(1 << 10));
         if !(0..=most).contains(&unpacked) {
             return Err(format!("a page says that {packed} bytes of it unpack to {unpacked}; at most {most}"));
@@ -181,8 +216,10 @@ impl Page {
         if !ENCODINGS.contains(&encoding) {
             return Err(format!("a page has encoding {encoding}; write the table with plain or dictionary encoding"));
         }
-        let room = (64 << 10) + values.saturating_mul(MAX_CELL as i64 + 16);
-        if values < 0 || unpacked > room {
+        let room = values.saturating_mul(MAX_CELL as i64 + 16).saturating_add(64 << 10);
+        // Pages of nothing could be very many.
+        let least = if is_dictionary { 0 } else { 1 };
+        if values < least || unpacked > room {
             return Err(format!("a page of {unpacked} bytes says that it holds {values} values"));
         }
         if is_dictionary && values > MAX_DICTIONARY.min(unpacked) {
@@ -196,22 +233,44 @@ impl Page {
 mod tests {
     use super::*;
 
-    const SOUND: Page = Page { header: 20, unpacked: 800, packed: 100, values: 100, encoding: 0, is_dictionary: false };
+    fn of_kind((kind, field): (i64, i16)) -> Page {
+        Page { header: 20, kind, unpacked: 800, packed: 100, values: 100, encoding: 0, described: vec![field] }
+    }
+
+    #[test]
+    fn a_page_is_described_once_as_what_it_is() {
+        for kind in [DATA, DICTIONARY, DATA_2] {
+            assert_eq!(of_kind(kind).check(), Ok(100));
+        }
+        for described in [vec![], vec![7, 8], vec![5, 5], vec![6], vec![8]] {
+            for kind in [DATA, DICTIONARY] {
+                let page = Page { described: described.clone(), ..of_kind(kind) };
+                assert_eq!(page.check(), Err("a page is neither data nor a dictionary, or says both".to_owned()));
+            }
+        }
+        // {1: 2, 2: 4, 3: 4, 7: {1: 2^31 - 1, 2: 0}, 8: {1: 1}}: the last one tells less than the dictionary takes.
+        let bytes = b"\x15\x04\x15\x08\x15\x08\x4c\x15\xfe\xff\xff\xff\x0f\x15\x00\x00\x1c\x15\x02\x00\x00";
+        assert!(Page::read(bytes).unwrap().check().is_err());
+    }
 
     #[test]
     fn a_page_that_would_take_more_room_than_it_can_need_is_refused() {
-        assert_eq!(SOUND.check(), Ok(100));
+        let sound = || of_kind(DATA);
         for (page, expected) in [
-            (Page { unpacked: i64::from(i32::MAX), ..SOUND }, "a page says that 100 bytes of it unpack to 2147483647"),
-            (Page { packed: 1 << 30, unpacked: 1 << 30, ..SOUND }, "at most 16777216"),
-            (Page { packed: -1, ..SOUND }, "a page says that it has -1 bytes"),
-            (Page { encoding: 7, ..SOUND }, "a page has encoding 7; write the table with plain"),
-            (Page { values: -1, ..SOUND }, "says that it holds -1 values"),
             (
-                Page { packed: 1 << 20, unpacked: 1 << 20, values: 1, ..SOUND },
+                Page { unpacked: i64::from(i32::MAX), ..sound() },
+                "a page says that 100 bytes of it unpack to 2147483647",
+            ),
+            (Page { packed: 1 << 30, unpacked: 1 << 30, ..sound() }, "at most 16777216"),
+            (Page { packed: -1, ..sound() }, "a page says that it has -1 bytes"),
+            (Page { encoding: 7, ..sound() }, "a page has encoding 7; write the table with plain"),
+            (Page { values: -1, ..sound() }, "says that it holds -1 values"),
+            (
+                Page { packed: 1 << 20, unpacked: 1 << 20, values: 1, ..sound() },
                 "a page of 1048576 bytes says that it holds 1",
             ),
-            (Page { values: 801, is_dictionary: true, ..SOUND }, "a dictionary of 800 bytes says that it holds 801"),
+            (Page { values: 0, ..sound() }, "says that it holds 0 values"),
+            (Page { values: 801, ..of_kind(DICTIONARY) }, "a dictionary of 800 bytes says that it holds 801"),
         ] {
             let message = page.check().unwrap_err();
             assert!(message.contains(expected), "{message}");

@@ -10,10 +10,10 @@ use super::rows::{At, TargetRow, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Manifest, RecordError};
 use crate::input;
-use crate::scenario::LENGTH_MAX;
+use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 
-/// Most rows of a table at one instant.
-const MAX_AT_ONCE: usize = 100_000;
+/// Most rows of a table at one instant: detections, of 100 UAVs that see 10,000 targets.
+const MAX_AT_ONCE: usize = 1_000_000;
 /// Latest time, microseconds: 30 years.
 const MAX_TIME_US: i64 = 1_000_000_000_000_000;
 /// Most targets: as many as a traffic file may hold vehicles.
@@ -32,6 +32,9 @@ pub struct Record {
 
 impl Record {
     /// Opens the record in `dir`: reads all but the frames. An unfinished one tells as far as [`Record::ends_s`].
+    ///
+    /// Damage that makes the library of Parquet panic is an error; so that nothing is printed of it, the process gets a
+    /// panic hook that is silent on the reading thread while it reads, and else does what the one before it did.
     pub fn open(dir: &Path) -> Result<Self, RecordError> {
         let manifest = Manifest::read(dir)?;
         if manifest.unfinished && !checkpoint::is_in(dir) {
@@ -40,7 +43,8 @@ impl Record {
         }
         let checkpoint = manifest.unfinished.then(|| Checkpoint::read(dir).map(Arc::new)).transpose()?;
         let path = dir.join(SCENARIO);
-        let scenario_toml = input::text(&path, LENGTH_MAX).map_err(|reason| RecordError::read(&path, reason))?;
+        let scenario_toml =
+            input::text(&path, SPELT_OUT * LENGTH_MAX).map_err(|reason| RecordError::read(&path, reason))?;
         Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names: read_names(dir)?, checkpoint })
     }
 

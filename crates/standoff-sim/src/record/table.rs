@@ -175,6 +175,8 @@ pub(crate) struct TableReader<R> {
     places: Vec<usize>,
     /// Of the first source.
     next_group: usize,
+    /// Bytes of the first source's columns that were looked at: a part that stands for many would take its time as often.
+    looked_at: u64,
     /// What reads each of our columns of the group in hand.
     readers: Vec<ColumnReader>,
     /// Rows of that group that were not read yet: other programs make groups that are too large for one go.
@@ -208,12 +210,28 @@ impl<R: Row> TableReader<R> {
     ) -> Result<Self, RecordError> {
         let (sources, mut places) = (sources.into(), Vec::new());
         for source in &sources {
+            plausible::check_rows(&source.metadata).map_err(|what| RecordError::damaged(&path, what))?;
             let schema = source.metadata.file_metadata().schema_descr();
-            let found: Result<_, _> = columns.iter().map(|c| place(c, schema)).collect();
-            places = found.map_err(|what| RecordError::damaged(&path, what))?;
+            let found: Result<Vec<usize>, _> = columns.iter().map(|c| place(c, schema)).collect();
+            let found = found.map_err(|what| RecordError::damaged(&path, what))?;
+            if !(places.is_empty() || places == found) {
+                return Err(RecordError::damaged(&path, "its parts have other columns".to_owned()));
+            }
+            places = found;
         }
-        let (readers, kind) = (Vec::new(), PhantomData);
-        Ok(Self { path, sources, columns, places, next_group: 0, readers, unread: 0, left: 0, taken: 0, kind })
+        Ok(Self {
+            path,
+            sources,
+            columns,
+            places,
+            next_group: 0,
+            looked_at: 0,
+            readers: Vec::new(),
+            unread: 0,
+            left: 0,
+            taken: 0,
+            kind: PhantomData,
+        })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -233,7 +251,12 @@ impl<R: Row> TableReader<R> {
                 let Some(source) = self.sources.front() else { return Ok(None) };
                 if self.next_group == source.metadata.num_row_groups() {
                     self.sources.pop_front();
-                    self.next_group = 0;
+                    (self.next_group, self.looked_at) = (0, 0);
+                    continue;
+                }
+                // Some programs write them.
+                if source.metadata.row_group(self.next_group).num_rows() == 0 {
+                    self.next_group += 1;
                     continue;
                 }
                 guarded(|| self.open_group()).map_err(|e| RecordError::parquet_read(&self.path, e))?;
@@ -260,10 +283,15 @@ impl<R: Row> TableReader<R> {
         let group = SerializedRowGroupReader::new(Arc::clone(file), about, index, properties)?;
         // To look at what the reader is about to believe.
         let mut bytes = file.try_clone()?;
+        let length = bytes.metadata()?.len();
         self.unread = usize::try_from(about.num_rows())?;
         self.readers.clear();
         for &place in &self.places {
             let chunk = about.columns().get(place).ok_or_else(|| damage("a column is missing"))?;
+            self.looked_at = self.looked_at.saturating_add(u64::try_from(chunk.compressed_size())?);
+            if self.looked_at > length {
+                return Err(damage("its columns are longer than the file"));
+            }
             plausible::check_pages(&mut bytes, chunk).map_err(|what| damage(&what))?;
             self.readers.push(group.get_column_reader(place)?);
         }

@@ -16,6 +16,9 @@ const TICKS_MAX: f64 = 10_000_000.0;
 /// Most targets of a scenario that come from no traffic file.
 pub(super) const TARGETS_MAX: u32 = 5_000;
 
+/// Most outages, and most manoeuvres.
+const LISTED_MAX: u32 = 1_000;
+
 /// Longest line that says what a scenario shows, characters.
 const ABOUT_MAX: usize = 1_000;
 
@@ -77,6 +80,7 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
         problems.check_start(&format!("uavs.at.{index}"), at.numbers());
     }
     let whom = Allowed::at_least(0.0).at_most((count - 1.0).max(0.0)).because("one of the UAVs, counted from 0");
+    problems.check_many("uavs.outage", file.uavs.outage.len(), LISTED_MAX);
     for (index, outage) in file.uavs.outage.iter().enumerate() {
         let table = format!("uavs.outage.{index}");
         problems.check_whole(&format!("{table}.uav"), value(&outage.uav), whom);
@@ -95,6 +99,8 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
         problems.check_start(&format!("targets.at.{index}"), at.numbers());
     }
     let scattered = targets.scatter.as_ref().map_or(0.0, |scatter| value(&scatter.count));
+    problems.check_many("targets.at", targets.at.len(), TARGETS_MAX);
+    problems.check_many("targets.manoeuvre", targets.manoeuvre.len(), LISTED_MAX);
     let whom = Allowed::at_least(1.0).at_most(targets.at.len() as f64 + scattered).because("one of the targets");
     for (index, manoeuvre) in targets.manoeuvre.iter_mut().enumerate() {
         let table = format!("targets.manoeuvre.{index}");
@@ -103,7 +109,8 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
         problems.check_start(&table, manoeuvre.numbers());
     }
     if let Some(scatter) = &mut targets.scatter {
-        let count = Allowed::at_least(1.0).at_most(f64::from(TARGETS_MAX));
+        let most = f64::from(TARGETS_MAX) - targets.at.len() as f64;
+        let count = Allowed::at_least(1.0).at_most(most.max(1.0)).because("5,000 targets in all");
         problems.check_whole("targets.scatter.count", value(&scatter.count), count);
         problems.check_start("targets.scatter", scatter.numbers());
     }
@@ -182,6 +189,16 @@ impl Problems {
         }
     }
 
+    /// How many tables an array has.
+    fn check_many(&mut self, key: &str, tables: usize, most: u32) {
+        if tables > most as usize {
+            self.add(
+                key.to_owned(),
+                format!("must be at most {most}, not {tables}; many targets belong in a traffic file"),
+            );
+        }
+    }
+
     /// From when until when.
     fn check_span(&mut self, table: &str, from_s: f64, until_s: f64) {
         self.check(&format!("{table}.from_s"), from_s, Allowed::at_least(0.0).at_most(1e9));
@@ -205,8 +222,9 @@ impl Problems {
         self.add(key.to_owned(), format!("must be {allowed}"));
     }
 
-    /// All of them and those of the form, if there are any, with the values of `file`: those typed, or drawn from them.
-    pub(super) fn report(self, typed: &Typed, file: &ScenarioFile) -> Result<(), ScenarioError> {
+    /// All of them and those of the form, if there are any, with the values of `file`: those typed, or drawn from them
+    /// for the seed.
+    pub(super) fn report(self, typed: &Typed, file: &ScenarioFile, seed: u64) -> Result<(), ScenarioError> {
         let mut problems = typed.problems.clone();
         if self.found.is_empty() && problems.is_empty() {
             return Ok(());
@@ -235,7 +253,7 @@ impl Problems {
             let value = replaced.as_ref().or_else(|| value_at(&values, &key));
             let is_drawn = is_typed_as_table && value.is_some_and(|value| !value.is_table());
             let message = format!("{}: {what}", with_value(&key, value));
-            let help = is_drawn.then(|| "this is what was drawn: narrow the distribution".to_owned());
+            let help = is_drawn.then(|| format!("this is what was drawn for seed {seed}: narrow the distribution"));
             let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);
             // Where the text cannot be read, that is the mistake.
             let line = |problem: &Problem| problem.place.map(|place| place.line);

@@ -96,7 +96,7 @@ fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>
         let near = value.and_then(Value::as_str).and_then(|typed| nearest(typed, &words));
         return (format!("{is}: must be {}", listed.join(" or ")), near.map(did_you_mean));
     }
-    let wanted = what.strip_prefix("invalid type").and_then(|what| what.split_once(", expected "));
+    let wanted = what.strip_prefix("invalid type").and_then(|what| what.rsplit_once(", expected "));
     match wanted {
         Some((_, wanted)) if wanted.starts_with("struct ") => (format!("{is}: must be a table"), None),
         Some((_, "a sequence")) => (format!("{is}: must be an array of tables, [[{key}]]"), None),

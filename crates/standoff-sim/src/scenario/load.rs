@@ -23,7 +23,10 @@ pub(crate) const LENGTH_MAX: u64 = 2 << 20;
 
 /// Texts with more line ends and signs between words are refused: what is made of each can take 500 bytes of memory. As
 /// many targets as are allowed, spelt out, have 180,000.
-const SIGNS_MAX: usize = 200_000;
+const SIGNS_MAX: u64 = 200_000;
+
+/// So many times as much a text may have in which the program has spelt everything out.
+pub(crate) const SPELT_OUT: u64 = 2;
 
 /// What the command line changes about a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -86,7 +89,7 @@ impl Typed {
         };
         let text: Arc<str> = text.into();
         let mut origin = Origin { label, text: Arc::clone(&text), edited: Vec::new() };
-        check_size(&origin.label, &text)?;
+        check_size(&origin.label, &text, 1)?;
         let map = Map::new(&text);
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
@@ -124,7 +127,7 @@ impl Typed {
     /// A scenario that is nothing but its text.
     pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
         let origin = Origin { label: label.to_owned(), text: text.into(), edited: Vec::new() };
-        check_size(label, text)?;
+        check_size(label, text, SPELT_OUT)?;
         let map = Map::new(text);
         let (table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
@@ -173,9 +176,9 @@ impl Origin {
         Problem { file: self.label.clone(), place, excerpt, message, help: None }
     }
 
-    /// The command line gave this key, a table around it, or a part of it.
+    /// The command line gave this key, a table around it, or a part of it: the last that did.
     fn edited(&self, key: &str) -> Option<&Edited> {
-        self.edited.iter().find(|edited| related(&edited.key, key))
+        self.edited.iter().rev().find(|edited| related(&edited.key, key))
     }
 
     /// Sets a key to what the command line gives.
@@ -193,10 +196,10 @@ pub(super) fn related(one: &str, other: &str) -> bool {
     one == other || within(one, other) || within(other, one)
 }
 
-/// Refuses a text that would take too much to be read.
-pub(super) fn check_size(label: &str, text: &str) -> Result<(), ScenarioError> {
-    let signs: usize = text.bytes().map(signs_of).sum();
-    if signs <= SIGNS_MAX && text.len() as u64 <= LENGTH_MAX {
+/// Refuses a text that would take too much to be read: more than so many times what is typed may have.
+pub(super) fn check_size(label: &str, text: &str, times: u64) -> Result<(), ScenarioError> {
+    let signs: u64 = text.bytes().map(signs_of).sum();
+    if signs <= times * SIGNS_MAX && text.len() as u64 <= times * LENGTH_MAX {
         return Ok(());
     }
     let what = format!(
@@ -206,7 +209,7 @@ pub(super) fn check_size(label: &str, text: &str) -> Result<(), ScenarioError> {
 }
 
 /// What a byte counts for: a dot may begin a table of its own.
-fn signs_of(byte: u8) -> usize {
+fn signs_of(byte: u8) -> u64 {
     match byte {
         b'_' | b'-' => 0,
         b'.' => 3,

@@ -10,7 +10,7 @@ use super::builtin::BUILT_IN_TRAFFIC;
 use super::check::{Problems, check_about, check_settings, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
-use super::load::{Typed, check_size};
+use super::load::{SPELT_OUT, Typed, check_size};
 use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::team;
@@ -24,7 +24,7 @@ const PERIOD_S: f64 = 0.5;
 /// Draws, fills in and checks.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
     let draws = Draws::new(seed);
-    let (mut file, settings) = checked(typed, traffic.map(Arc::as_ref), draws)?;
+    let (mut file, settings) = checked(typed, traffic.map(Arc::as_ref), seed)?;
     let targets = match traffic {
         Some(traffic) => Targets::Traffic(Arc::clone(traffic)),
         None => random_targets(&mut file, draws),
@@ -52,11 +52,11 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
 pub(super) fn checked(
     typed: &Typed,
     traffic: Option<&Traffic>,
-    draws: Draws,
+    seed: u64,
 ) -> Result<(ScenarioFile, Settings), ScenarioError> {
     let mut file = typed.file.clone();
     let mut problems = Problems::default();
-    draw_numbers(&mut file, draws, &mut problems);
+    draw_numbers(&mut file, Draws::new(seed), &mut problems);
     if let Some(traffic) = traffic {
         check_span(&file, traffic)?;
     }
@@ -65,7 +65,7 @@ pub(super) fn checked(
     check_about(&file, &mut problems);
     check_who(&mut file, &mut problems);
     check_settings(&file, &settings.team, &mut problems);
-    problems.report(typed, &file)?;
+    problems.report(typed, &file, seed)?;
     Ok((file, settings))
 }
 
@@ -75,7 +75,7 @@ pub(super) fn settings_of_record(mut typed: Typed) -> Result<Settings, ScenarioE
     fill_in(&mut typed.file, None);
     let settings = settings(&typed.file);
     check_settings(&typed.file, &settings.team, &mut problems);
-    problems.report(&typed, &typed.file)?;
+    problems.report(&typed, &typed.file, 0)?;
     Ok(settings)
 }
 
@@ -323,7 +323,7 @@ pub(super) fn text(name: &str, file: &ScenarioFile) -> Result<String, ScenarioEr
         traffic.file = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     }
     let text = toml::to_string(&file).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
-    check_size(name, &text)?;
+    check_size(name, &text, SPELT_OUT)?;
     Ok(text)
 }
 
