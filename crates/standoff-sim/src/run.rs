@@ -4,7 +4,10 @@
 //! truth -> scans (each along the boresight its agent asked for) -> reports, heard by all -> agents -> commands -> truth
 //! ```
 
-use standoff::{Angle, Cue, Detection, Fleet, LookAt, ParamError, Response, Scan, Time, UavId, UavState};
+use standoff::{
+    Angle, Command, Cue, Detection, Fleet, LookAt, ParamError, Position, Response, Scan, Time, UavId, UavState,
+    Velocity,
+};
 
 use crate::draws::Draws;
 use crate::record::Frame;
@@ -71,6 +74,7 @@ struct Uav {
     is_out: bool,
     boresight: Option<Angle>,
     detections: Vec<Detection>,
+    command: Command,
 }
 
 impl<'a> Mission<'a> {
@@ -88,6 +92,7 @@ impl<'a> Mission<'a> {
             is_out: false,
             boresight: None,
             detections: Vec::new(),
+            command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
         });
         Ok(Self {
             scenario,
@@ -133,11 +138,20 @@ impl<'a> Mission<'a> {
     /// Every sensor looks where its agent asked it to.
     fn scan(&mut self, now: Time) {
         let Settings { period, noise, team, .. } = &self.scenario.settings;
+        // By twos, whose boresights are worked out side by side; a last one alone beside itself.
+        for pair in self.uavs.chunks_mut(2) {
+            for uav in &mut *pair {
+                let mut own = self.scenario.outages.iter().filter(|outage| outage.uav == uav.id);
+                uav.is_out = own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
+            }
+            let nowhere = LookAt { position: Position::ORIGIN, velocity: Velocity::ZERO };
+            let looks =
+                [&pair[0], &pair[pair.len() - 1]].map(|uav| (uav.look_at.unwrap_or(nowhere), uav.state.position));
+            for (uav, boresight) in pair.iter_mut().zip(LookAt::boresight_each(looks, *period)) {
+                uav.boresight = (uav.look_at.is_some() && !uav.is_out).then_some(boresight);
+            }
+        }
         for uav in &mut self.uavs {
-            let mut own = self.scenario.outages.iter().filter(|outage| outage.uav == uav.id);
-            uav.is_out = own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
-            let look_at = uav.look_at.filter(|_| !uav.is_out);
-            uav.boresight = look_at.map(|look| look.boresight(uav.state.position, *period));
             uav.detections.clear();
             if let Some(boresight) = uav.boresight {
                 let (from, sensor) = ((uav.id, uav.state.position), &team.track.sensor);
@@ -169,12 +183,15 @@ impl<'a> Mission<'a> {
     fn decide(&mut self, now: Time) {
         let Self { frame, fleet, uavs, .. } = self;
         rows::begin(now, &self.truth, frame);
-        for uav in uavs {
+        for uav in &mut *uavs {
             let step = fleet.decide(uav.id, &uav.state);
             frame.uavs.push(rows::uav(uav.id, &uav.state, uav.boresight, &step));
             frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
             uav.look_at = step.look_at;
-            uav.state = self.response.step(&uav.state, step.command.command);
+            uav.command = step.command.command;
+        }
+        for uav in &mut self.uavs {
+            uav.state = self.response.step(&uav.state, uav.command);
         }
         let picture = fleet.picture();
         frame.events.extend(fleet.events().iter().map(|event| rows::event(event, picture)));

@@ -193,9 +193,11 @@ impl Scorer {
     pub fn frame(&mut self, frame: &Frame) {
         let wanted = self.wanted;
         self.known.clear();
-        self.known.extend(known(frame));
-        if wanted.estimates || wanted.consistency {
-            self.tracks(frame);
+        for (track, truth) in existing(frame) {
+            self.known.push(Known::of(track, truth));
+            if wanted.estimates || wanted.consistency {
+                self.estimate(track, truth);
+            }
         }
         if wanted.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
@@ -271,18 +273,16 @@ impl Scorer {
         }
     }
 
-    fn tracks(&mut self, frame: &Frame) {
-        for track in &frame.tracks {
-            let Some(truth) = truth_of(frame, track.target) else { continue };
-            let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
-            let position_error_m = Position::from_m(x_m, y_m).distance_m(position(truth));
-            self.position_all.add(position_error_m);
-            if track.group.is_some() {
-                self.position.add(position_error_m);
-                self.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
-                if let Some(nees) = self.wanted.consistency.then(|| nees_per_state(track, truth)).flatten() {
-                    self.nees.add(nees);
-                }
+    /// How far an estimate is from the truth.
+    fn estimate(&mut self, track: &TrackRow, truth: &TruthRow) {
+        let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
+        let position_error_m = Position::from_m(x_m, y_m).distance_m(position(truth));
+        self.position_all.add(position_error_m);
+        if track.group.is_some() {
+            self.position.add(position_error_m);
+            self.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
+            if let Some(nees) = self.wanted.consistency.then(|| nees_per_state(track, truth)).flatten() {
+                self.nees.add(nees);
             }
         }
     }
@@ -326,23 +326,32 @@ impl Scorer {
 
     /// How far off the boresights the members are. Before the sensors were first pointed there is nothing to judge.
     fn lines_of_sight(&mut self, frame: &Frame) {
-        for uav in &frame.uavs {
-            let (Some(boresight), Some(group)) = (uav.boresight_rad, uav.group) else { continue };
-            let (sin, cos) = math::sin_cos(boresight);
-            // Along the boresight and across it: the member with the largest angle between them.
-            let off = |member: Position| {
-                let member_rel_uav = member - at(uav);
-                let (x, y) = (member_rel_uav.x_m(), member_rel_uav.y_m());
-                (cos * x + sin * y, (cos * y - sin * x).abs())
-            };
-            let is_larger = |a: (f64, f64), b: (f64, f64)| a.1 * b.0 > b.1 * a.0;
-            let largest = in_duty(&self.known, group).map(off).reduce(|a, b| if is_larger(b, a) { b } else { a });
-            let Some((along, across)) = largest else { continue };
-            let largest_deg = math::atan2(across, along).to_degrees();
-            self.line_of_sight_deg.add(largest_deg);
-            self.line_of_sight_max_deg =
-                Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+        // By twos, which are worked on side by side; a last one alone beside itself.
+        for pair in frame.uavs.chunks(2) {
+            let both = [&pair[0], &pair[pair.len() - 1]];
+            let boresights = math::sin_cos_each(both.map(|uav| uav.boresight_rad.unwrap_or_default()));
+            let largest: [_; 2] = std::array::from_fn(|i| self.furthest_off(both[i], boresights[i]));
+            let angles_rad = math::atan2_each(largest.map(Option::unwrap_or_default));
+            for (angle_rad, _) in angles_rad.iter().zip(largest).take(pair.len()).filter(|(_, off)| off.is_some()) {
+                let largest_deg = angle_rad.to_degrees();
+                self.line_of_sight_deg.add(largest_deg);
+                self.line_of_sight_max_deg =
+                    Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+            }
         }
+    }
+
+    /// The member of the UAV's group furthest off its boresight, of which there are the sine and cosine: how far it is
+    /// across it and along it, m. `None` where nothing is to be judged.
+    fn furthest_off(&self, uav: &UavRow, (sin, cos): (f64, f64)) -> Option<(f64, f64)> {
+        let group = uav.group.filter(|_| uav.boresight_rad.is_some())?;
+        let off = |member: Position| {
+            let member_rel_uav = member - at(uav);
+            let (x, y) = (member_rel_uav.x_m(), member_rel_uav.y_m());
+            ((cos * y - sin * x).abs(), cos * x + sin * y)
+        };
+        let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
+        in_duty(&self.known, group).map(off).reduce(|a, b| if is_larger(b, a) { b } else { a })
     }
 
     /// What the sensors had in view, once they were pointed.
@@ -424,8 +433,8 @@ fn position(truth: &TruthRow) -> Position {
 
 /// r_d (15) of members about a centre, m.
 fn standoff_m(rules: &Rules, members: &[Position], centre: Position, margin_m: f64) -> f64 {
-    let distances_m = members.iter().map(|member| member.distance_m(centre));
-    let spread = Spread { distance_m: distances_m.fold(0.0, f64::max), rate_m_s: 0.0 };
+    let squared_m2 = members.iter().map(|member| member.squared_distance_m2(centre));
+    let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
     rules.standoff.distance(spread, margin_m).distance_m
 }
 
@@ -443,14 +452,26 @@ struct Known {
     to_group: Option<u32>,
 }
 
-/// The known targets that exist. Tracks and truth come in the same order: walked side by side.
-fn known(frame: &Frame) -> impl Iterator<Item = Known> {
-    let mut truths = frame.truth.iter().peekable();
+impl Known {
+    fn of(track: &TrackRow, truth: &TruthRow) -> Self {
+        Self { position: position(truth), group: track.group, to_group: track.to_group }
+    }
+}
+
+/// The tracks of targets that exist, and the truth about them. Both come in the same order: walked side by side.
+fn existing(frame: &Frame) -> impl Iterator<Item = (&TrackRow, &TruthRow)> {
+    let mut next = 0;
     frame.tracks.iter().filter_map(move |track| {
-        while truths.next_if(|truth| truth.target < track.target).is_some() {}
-        let truth = truths.peek().filter(|truth| truth.target == track.target)?;
-        Some(Known { position: position(truth), group: track.group, to_group: track.to_group })
+        while frame.truth.get(next).is_some_and(|truth| truth.target < track.target) {
+            next += 1;
+        }
+        frame.truth.get(next).filter(|truth| truth.target == track.target).map(|truth| (track, truth))
     })
+}
+
+/// The known targets that exist.
+fn known(frame: &Frame) -> impl Iterator<Item = Known> {
+    existing(frame).map(|(track, truth)| Known::of(track, truth))
 }
 
 /// Where the existing targets are that a group has to keep in view: those in dwell to it are not its duty yet.

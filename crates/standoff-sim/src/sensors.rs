@@ -17,10 +17,10 @@ pub fn scan(
     detections: &mut Vec<Detection>,
 ) {
     let (id, from) = uav;
-    // By twos, which are worked on side by side; a last one alone beside itself.
-    for pair in truth.chunks(2) {
-        let both = [&pair[0], &pair[pair.len() - 1]].map(|truth| truth.state.position());
-        for (truth, seen) in pair.iter().zip(sensor.look_each(from, boresight, both)) {
+    // By fours, which are worked on side by side; where there are fewer, the last one stands in.
+    for four in truth.chunks(4) {
+        let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());
+        for (truth, seen) in four.iter().zip(sensor.look_each(from, boresight, targets)) {
             let Some(mut measurement) = seen else { continue };
             // A key of UAV and target, so that neither a further UAV nor a further target changes this noise.
             let object = (u64::from(id.0) << 32) | u64::from(truth.target.0);

@@ -9,7 +9,7 @@
 use crate::angle::Angle;
 use crate::coordination::event::Event;
 use crate::coordination::group::GroupId;
-use crate::frame::{Position, Velocity};
+use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::heading::Steering;
 use crate::message::{Detection, Message, Report};
 use crate::mind::Mind;
@@ -40,7 +40,14 @@ pub struct LookAt {
 impl LookAt {
     /// Direction from `uav` to the point, `later` from now.
     pub fn boresight(&self, uav: Position, later: Duration) -> Angle {
-        (self.position + self.velocity * later.s() - uav).direction()
+        let [boresight] = Self::boresight_each([(*self, uav)], later);
+        boresight
+    }
+
+    /// [Boresights](Self::boresight) of several UAVs: the same as one by one, in less time.
+    #[inline]
+    pub fn boresight_each<const N: usize>(looks: [(Self, Position); N], later: Duration) -> [Angle; N] {
+        Displacement::direction_each(looks.map(|(look, uav)| look.position + look.velocity * later.s() - uav))
     }
 }
 

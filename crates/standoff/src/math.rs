@@ -8,7 +8,8 @@ pub use core::f64::consts::{PI, TAU};
 
 /// Sine of an angle in radians.
 pub fn sin(x: f64) -> f64 {
-    sin_cos(x).0
+    // Up to an eighth of a turn there is no quarter to take off.
+    if x.abs() < FRAC_PI_4 { near_sin(x, x * x) } else { sin_cos(x).0 }
 }
 
 /// Cosine of an angle in radians.
@@ -40,13 +41,19 @@ fn usual_sin_cos(x: f64) -> (f64, f64) {
     const QUARTER_TURN: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
     let r = ((x - quarters * QUARTER_TURN[0]) - quarters * QUARTER_TURN[1]) - quarters * QUARTER_TURN[2];
     let s = r * r;
-    let sin = r + r * s * series(s, &SIN);
+    let sin = near_sin(r, s);
     let cos = 1.0 - s * (0.5 - s * series(s, &COS));
     // At odd quarters they change places, and two bits hold the signs.
     let swapped = (sin.to_bits() ^ cos.to_bits()) & (quarter & 1).wrapping_neg();
     let sin_sign = (quarter & 2) << 62;
     let cos_sign = (quarter.wrapping_add(1) & 2) << 62;
     (f64::from_bits(sin.to_bits() ^ swapped ^ sin_sign), f64::from_bits(cos.to_bits() ^ swapped ^ cos_sign))
+}
+
+/// Sine of up to an eighth of a turn, of which `s` is the square.
+#[inline]
+fn near_sin(r: f64, s: f64) -> f64 {
+    r + r * s * series(s, &SIN)
 }
 
 /// Four-quadrant arc tangent of `y / x`, radians in [-pi, pi]; zero for (0, 0).

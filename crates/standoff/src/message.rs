@@ -78,8 +78,8 @@ impl Cue {
 impl Detection {
     /// A measurement that a sensor can make: finite, with a positive range.
     pub fn is_sound(&self) -> bool {
-        self.measurement.range_m.is_finite()
-            && self.measurement.range_m > 0.0
-            && self.measurement.bearing.rad().is_finite()
+        let RangeBearing { range_m, bearing } = self.measurement;
+        // What is not finite in a sum stays so, and an angle is too small to make it so.
+        range_m > 0.0 && (range_m + bearing.rad()).is_finite()
     }
 }

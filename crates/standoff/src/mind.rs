@@ -1,12 +1,11 @@
 //! What an agent keeps between steps, whichever UAV it is; and how a UAV decides from it.
 
 use crate::agent::{Diagnostics, LookAt, Step};
-use crate::angle::Angle;
 use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::membership::OnDuty;
 use crate::frame::{Position, Velocity};
-use crate::guidance::heading::{Orbit, Steering, ground_speed_m_s, steer, steer_from};
+use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::inbox::Inbox;
@@ -28,7 +27,6 @@ pub(crate) struct Mind {
     pub(crate) inbox: Inbox,
     /// The target model over the time since the previous picture.
     transition: Transition,
-    no_time: Transition,
     scratch: Scratch,
     started: bool,
 }
@@ -39,14 +37,12 @@ impl Mind {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let no_time = params.track.transition(Duration::ZERO);
         Ok(Self {
             params,
             previous: Picture::default(),
             picture: Picture::default(),
             inbox: Inbox::default(),
-            transition: no_time,
-            no_time,
+            transition: Transition::none(),
             scratch: Scratch::default(),
             started: false,
         })
@@ -80,8 +76,7 @@ impl Mind {
 
     /// Makes the picture of this instant from all that was heard by now.
     pub(crate) fn follow(&mut self) {
-        let news =
-            News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition, no_time: &self.no_time };
+        let news = News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition };
         self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
     }
 
@@ -119,38 +114,44 @@ impl Mind {
         }
     }
 
-    /// The other UAVs of a group, and their phases on its orbit.
-    fn teammates<'a>(&'a self, id: UavId, group: &'a Group) -> impl Iterator<Item = (&'a OnDuty, Angle)> {
-        let crew = self.scratch.on_duty.iter().zip(self.scratch.phases.iter().copied());
+    /// The other UAVs of a group, and where they are on its orbit.
+    fn teammates<'a>(&'a self, id: UavId, group: &'a Group) -> impl Iterator<Item = (&'a OnDuty, &'a OnOrbit)> {
+        let crew = self.scratch.on_duty.iter().zip(&self.scratch.on_orbit);
         crew.filter(move |(mate, _)| mate.group == Some(group.id) && mate.uav != id)
     }
 
-    /// The phase of a UAV on its group's orbit: known already, if it is where it said.
-    fn phase(&self, id: UavId, position: Position, orbit: &Orbit) -> Angle {
-        let mut crew = self.scratch.on_duty.iter().zip(&self.scratch.phases);
-        let said = crew.find(|(mate, _)| mate.uav == id && mate.state.position == position);
-        said.map_or_else(|| orbit.phase(position), |(_, phase)| *phase)
+    /// Where a UAV is on its group's orbit, if it is where it said.
+    fn on_orbit_as_said(&self, id: UavId, position: Position) -> Option<&OnOrbit> {
+        let mut crew = self.scratch.on_duty.iter().zip(&self.scratch.on_orbit);
+        crew.find(|(mate, _)| mate.uav == id && mate.state.position == position).map(|(_, on_orbit)| on_orbit)
     }
 
     fn fly_orbit(&self, id: UavId, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
         let guidance = &self.params.guidance;
-        let orbit = group.orbit(&self.params);
-        let phase = self.phase(id, own.position, &orbit);
-        let is_away = |position: Position| is_in_transit(position.distance_m(orbit.centre), orbit.distance_m);
-        let others = self.teammates(id, group).filter(|(mate, _)| !is_away(mate.state.position));
-        let others = others.map(|(mate, phase)| (mate.uav, phase));
-        let error_rad = match is_away(own.position) {
+        let anew;
+        let on_orbit = match self.on_orbit_as_said(id, own.position) {
+            Some(known) => known,
+            None => {
+                anew = OnOrbit::of(guidance, own.position, &group.orbit(&self.params));
+                &anew
+            }
+        };
+        let orbit = &on_orbit.orbit;
+        let is_away = |mate: &OnOrbit| is_in_transit(mate.centre_distance_m(), orbit.distance_m);
+        let others = self.teammates(id, group).filter(|(_, mate)| !is_away(mate));
+        let others = others.map(|(mate, on_orbit)| (mate.uav, on_orbit.phase));
+        let error_rad = match is_away(on_orbit) {
             true => 0.0,
-            false => spacing_error_rad((id, phase), others, guidance.separation_rad, guidance.sense),
+            false => spacing_error_rad((id, on_orbit.phase), others, guidance.separation_rad, guidance.sense),
         };
         let nominal_m_s = self.params.uav.speed_m_s;
         let centre_m_s = orbit.centre_velocity.speed_m_s();
         let wanted_m_s =
             spacing_speed_m_s(error_rad, guidance.spacing_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
-        let wanted_m_s = ground_speed_m_s(guidance, own, &orbit, wanted_m_s);
+        let wanted_m_s = on_orbit.ground_speed_m_s(guidance, wanted_m_s);
         // The field is flown at the speed that the limits leave, so that (25) and (29) hold for it.
-        let flown = self.params.uav.limit(Command { speed_m_s: wanted_m_s, turn_rate_rad_s: 0.0 });
-        let steering = steer_from(phase, guidance, own, &orbit, flown.command.speed_m_s);
+        let (flown_m_s, _) = self.params.uav.limit_speed_m_s(wanted_m_s);
+        let steering = on_orbit.steer(guidance, own, flown_m_s);
         let wanted = Command { speed_m_s: wanted_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         (wanted, error_rad, Some(steering))
     }

@@ -3,18 +3,20 @@
 //! A picture is a function of the picture before it and of what was said in between; whose agent computes it makes no
 //! difference, not in a single bit.
 
-use crate::angle::Angle;
 use crate::coordination::Roster;
 use crate::coordination::assignment::{Duty, Hand, Site, assign};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
-use crate::coordination::group::{Before, Group, GroupId};
+use crate::coordination::group::{Group, GroupId};
 use crate::coordination::membership::{Buffers, Known, OnDuty, Settling};
+use crate::estimation::information_filter::Contribution;
 use crate::estimation::track::{Look, Track, TrackStatus};
-use crate::frame::{Displacement, Position};
+use crate::frame::Position;
+use crate::guidance::heading::OnOrbit;
 use crate::inbox::Inbox;
+use crate::sensor::SensorParams;
 use crate::target::{TargetId, Transition};
 use crate::team::TeamParams;
-use crate::time::Time;
+use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
 /// What a team knows and intends at one instant.
@@ -47,23 +49,23 @@ pub(crate) struct News<'a> {
     pub(crate) inbox: &'a Inbox,
     /// The target model over the time between.
     pub(crate) transition: &'a Transition,
-    /// The target model over no time at all.
-    pub(crate) no_time: &'a Transition,
 }
 
 /// Buffers that live on, so that a step allocates nothing.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Scratch {
-    /// Everything measured at this instant, by target then UAV.
+    /// Everything measured at this instant of targets with a track, by UAV then target.
     sightings: Vec<Sighting>,
-    /// How many of them are of targets without a track.
-    unknown: usize,
-    /// The sightings' looks, in the same order.
+    /// What that says, by the places of the known targets.
+    told: Vec<Told>,
+    /// Everything measured of targets without a track, by UAV then target.
+    strangers: Vec<(TargetId, Look)>,
+    /// All looks at one target.
     looks: Vec<Look>,
     /// The team now, and whom each serves.
     pub(crate) on_duty: Vec<OnDuty>,
-    /// The direction from its group's centre to each of them; of no meaning for who serves none.
-    pub(crate) phases: Vec<Angle>,
+    /// Where each of them is on its group's orbit; nobody is on one while there are no groups.
+    pub(crate) on_orbit: Vec<OnOrbit>,
     /// Who belonged where at the last instant, as places of now.
     roster_before: Roster,
     buffers: Buffers,
@@ -71,11 +73,18 @@ pub(crate) struct Scratch {
     pub(crate) events: Vec<Event>,
 }
 
+/// A look at the known target in a place.
 #[derive(Debug, Clone, Copy)]
 struct Sighting {
-    target: TargetId,
-    uav: UavId,
+    place: usize,
     look: Look,
+}
+
+/// What all looks at a target say, and how many they are.
+#[derive(Debug, Clone, Copy, Default)]
+struct Told {
+    contribution: Contribution,
+    looks: usize,
 }
 
 impl Picture {
@@ -106,15 +115,17 @@ impl Picture {
         self.known.clear();
         self.known.extend_from_slice(&previous.known);
         (self.next_group, self.next_review) = (previous.next_group, previous.next_review);
-        gather_sightings(news.inbox, &mut scratch.sightings);
-        scratch.looks.clear();
-        scratch.looks.extend(scratch.sightings.iter().map(|sighting| sighting.look));
+        // Step by step for all tracks: no target waits for another's numbers.
+        self.known.iter_mut().for_each(|known| known.track.predict(news.transition));
         self.take_cues(news, params, &mut scratch.events);
-        self.advance_tracks(previous, news, params, scratch);
-        self.start_unknown(params, scratch);
+        self.gather_sightings(news.inbox, scratch);
+        self.linearise(&params.track.sensor, scratch);
+        self.conclude_tracks(previous, news, params, scratch);
+        self.start_strangers(params, scratch);
 
         gather_team(previous, news, &mut scratch.on_duty);
-        scratch.roster_before.fill(&self.known);
+        scratch.buffers.roster.fill(&self.known);
+        scratch.roster_before.copy(&scratch.buffers.roster);
         Settling {
             now: news.now,
             known: &mut self.known,
@@ -147,7 +158,51 @@ impl Picture {
         }
     }
 
-    fn advance_tracks(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
+    /// Everything measured at this instant, by the place of its target.
+    fn gather_sightings(&self, inbox: &Inbox, scratch: &mut Scratch) {
+        let Scratch { sightings, strangers, .. } = scratch;
+        sightings.clear();
+        strangers.clear();
+        for report in inbox.reports() {
+            let mut next = 0;
+            for detection in &report.detections {
+                let look = Look { uav: report.state.position, measurement: detection.measurement };
+                // Most UAVs see one target after the other.
+                let is_next = self.known.get(next).is_some_and(|known| known.track.target == detection.target);
+                match if is_next { Ok(next) } else { self.place(detection.target) } {
+                    Ok(place) => {
+                        sightings.push(Sighting { place, look });
+                        next = place + 1;
+                    }
+                    Err(_) => strangers.push((detection.target, look)),
+                }
+            }
+        }
+    }
+
+    /// What the sightings say, linearised about the predictions, summed for each target in the order of the UAVs.
+    ///
+    /// Implements the sums of Eq. (10), (11).
+    fn linearise(&self, sensor: &SensorParams, scratch: &mut Scratch) {
+        let Scratch { sightings, told, .. } = scratch;
+        told.clear();
+        told.resize(self.known.len(), Told::default());
+        // By fours, which are worked on side by side; where there are fewer, the last one stands in.
+        for four in sightings.chunks(4) {
+            let measurements: [_; 4] = core::array::from_fn(|i| {
+                let Sighting { place, look } = &four[i.min(four.len() - 1)];
+                (look.uav, &look.measurement, self.known[*place].track.estimate().state.position())
+            });
+            for (sighting, contribution) in four.iter().zip(Contribution::of_measurements(sensor, measurements)) {
+                let told = &mut told[sighting.place];
+                told.contribution += contribution;
+                told.looks += 1;
+            }
+        }
+    }
+
+    /// Updates the predicted tracks, starts lost ones again, and tells what has become of them.
+    fn conclude_tracks(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
         let sensor = &params.track.sensor;
         let should_be_seen = |position: Position, clearance_m: f64| {
             news.inbox.reports().any(|report| {
@@ -156,20 +211,29 @@ impl Picture {
                 })
             })
         };
-        // Targets, sightings and the targets before come in the same order: walked side by side.
-        let Scratch { sightings, looks, unknown, events, .. } = scratch;
-        let (mut sighted, mut olds) = (Sighted { sightings, looks }, previous.known.as_slice());
-        *unknown = sightings.len();
-        for known in &mut self.known {
+        let Scratch { sightings, told, looks, events, .. } = scratch;
+        // Who was known is known, in the same order.
+        let mut olds = previous.known.iter().map(|old| &old.track).peekable();
+        for (place, (known, told)) in self.known.iter_mut().zip(told).enumerate() {
             let (target, status) = (known.track.target, known.track.status);
-            let looks = sighted.take(target);
-            *unknown -= looks.len();
-            olds = &olds[olds.iter().take_while(|old| old.track.target < target).count()..];
-            // A track that a cue has just started is at this instant already.
-            let old = olds.first().filter(|old| old.track.target == target);
-            let was_alive = old.is_some_and(|old| !old.track.is_lost());
-            let step = if was_alive || known.track.is_lost() { news.transition } else { news.no_time };
-            known.track.advance(step, looks, should_be_seen, &params.track);
+            let old = olds.next_if(|old| old.target == target);
+            let cued;
+            if !known.track.is_lost() {
+                let (before, dt) = match old.filter(|old| !old.is_lost()) {
+                    Some(old) => (old, news.transition.dt),
+                    // A track that a cue has just started is at this instant already.
+                    None => {
+                        cued = known.track;
+                        (&cued, Duration::ZERO)
+                    }
+                };
+                let told = (told.looks > 0).then_some(&told.contribution);
+                known.track.conclude(before, told, dt, should_be_seen, &params.track);
+            } else if told.looks > 0 {
+                looks.clear();
+                looks.extend(sightings.iter().filter(|sighting| sighting.place == place).map(|sighting| sighting.look));
+                known.track = Track::from_looks(target, looks, &params.track).unwrap_or(known.track);
+            }
             let kind = match (status, known.track.status) {
                 (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,
                 (TrackStatus::Lost(_), _) => EventKind::Reacquired,
@@ -183,21 +247,19 @@ impl Picture {
     }
 
     /// Detections of targets that nobody handed over start tracks of their own.
-    fn start_unknown(&mut self, params: &TeamParams, scratch: &mut Scratch) {
-        let Scratch { sightings, looks, unknown, events, .. } = scratch;
-        if *unknown == 0 {
-            return;
-        }
-        let (mut sighted, mut index) = (Sighted { sightings, looks }, 0);
-        while let Some(Sighting { target, .. }) = sighted.sightings.first().copied() {
-            let looks = sighted.take(target);
-            let later = self.known[index..].iter();
-            index += later.take_while(|known| known.track.target < target).count();
-            if self.known.get(index).is_some_and(|known| known.track.target == target) {
+    fn start_strangers(&mut self, params: &TeamParams, scratch: &mut Scratch) {
+        let Scratch { strangers, looks, events, .. } = scratch;
+        // Stable: the looks at one target stay in the order of the UAVs.
+        strangers.sort_by_key(|(target, _)| *target);
+        for own in strangers.chunk_by(|a, b| a.0 == b.0) {
+            let target = own[0].0;
+            looks.clear();
+            looks.extend(own.iter().map(|(_, look)| *look));
+            let (Some(track), Err(place)) = (Track::from_looks(target, looks, &params.track), self.place(target))
+            else {
                 continue;
-            }
-            let Some(track) = Track::from_looks(target, looks, &params.track) else { continue };
-            self.known.insert(index, Known::unassigned(track));
+            };
+            self.known.insert(place, Known::unassigned(track));
             events.push(Event::of_target(EventKind::Acquired, target, None));
         }
     }
@@ -206,15 +268,21 @@ impl Picture {
         self.groups.clear();
         let (now, before) = (&scratch.buffers.roster, &scratch.roster_before);
         for id in now.groups() {
-            let old = previous.group(id).map(|group| Before { group, members: before.of(id) });
-            let is_new = old.is_none();
-            let Some(mut group) = Group::form(id, &self.known, now.of(id), old, news.transition, params) else {
+            let Some(old) = previous.group(id) else {
+                let Some(group) = Group::found(id, &self.known, now.of(id), params) else { continue };
+                let altitude_m = self.free_altitude_m(params);
+                self.groups.push(Group { altitude_m, ..group });
                 continue;
             };
-            if is_new {
-                group.altitude_m = self.free_altitude_m(params);
+            // In place, for a group is long.
+            self.groups.extend_from_slice(core::slice::from_ref(old));
+            let carried = self
+                .groups
+                .last_mut()
+                .and_then(|group| group.carry_on(&self.known, before.of(id), now.of(id), news.transition, params));
+            if carried.is_none() {
+                self.groups.pop();
             }
-            self.groups.push(group);
         }
     }
 
@@ -276,6 +344,10 @@ impl Picture {
         let Scratch { on_duty, events, .. } = scratch;
         self.team.clear();
         self.team.extend(on_duty.iter().map(|on_duty| on_duty.uav));
+        self.had_team = previous.had_team || !self.team.is_empty();
+        if self.team == previous.team {
+            return;
+        }
         let group_of = |crew: &[Duty], uav: UavId| {
             crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| crew[index].group)
         };
@@ -286,7 +358,6 @@ impl Picture {
         for uav in self.team.iter().filter(|uav| previous.had_team && previous.team.binary_search(uav).is_err()) {
             events.push(told(EventKind::UavJoined, group_of(&self.crew, *uav), *uav));
         }
-        self.had_team = previous.had_team || !self.team.is_empty();
     }
 
     /// How the groups' UAVs follow their orbits; tells of orbits that cannot be flown and of UAVs too close.
@@ -294,63 +365,32 @@ impl Picture {
         for (on_duty, duty) in scratch.on_duty.iter_mut().zip(&self.crew) {
             on_duty.group = Some(duty.group);
         }
-        self.find_phases(scratch);
+        self.place_on_orbits(params, scratch);
         for group in &mut self.groups {
             let id = group.id;
-            let crew = scratch.on_duty.iter().filter(|on_duty| on_duty.group == Some(id)).copied();
+            let crew = scratch.on_duty.iter().zip(&scratch.on_orbit).filter(|(on_duty, _)| on_duty.group == Some(id));
+            let crew = crew.map(|(on_duty, on_orbit)| (on_duty.state.position, on_orbit));
             group.judge(crew, self.time - previous.time, params);
             let kinds = group.alarm(&params.group);
             scratch.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, group.id)));
         }
     }
 
-    /// Where about its group each UAV of the crew is.
-    fn find_phases(&self, scratch: &mut Scratch) {
-        let from_centre = |on_duty: &OnDuty| {
-            let group = on_duty.group.and_then(|group| self.group(group));
-            let centre = group.map_or(Position::ORIGIN, |group| group.centre.estimate().state.position());
-            on_duty.state.position - centre
+    /// Where each UAV of the crew is on its group's orbit.
+    fn place_on_orbits(&self, params: &TeamParams, scratch: &mut Scratch) {
+        let Scratch { on_duty, on_orbit, .. } = scratch;
+        on_orbit.clear();
+        let Some(first) = self.groups.first() else { return };
+        let place = |on_duty: &OnDuty| {
+            // While there are groups, everybody serves one.
+            let group = on_duty.group.and_then(|group| self.group(group)).unwrap_or(first);
+            (on_duty.state.position, group.orbit(params))
         };
-        scratch.phases.clear();
         // By twos, which are worked on side by side; a last one alone beside itself.
-        for pair in scratch.on_duty.chunks(2) {
-            let both = [&pair[0], &pair[pair.len() - 1]].map(from_centre);
-            scratch.phases.extend(Displacement::direction_each(both).into_iter().take(pair.len()));
+        for pair in on_duty.chunks(2) {
+            let both = OnOrbit::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(place));
+            on_orbit.extend(both.into_iter().take(pair.len()));
         }
-    }
-}
-
-/// Everything measured at this instant, by target then UAV.
-fn gather_sightings(inbox: &Inbox, sightings: &mut Vec<Sighting>) {
-    sightings.clear();
-    for report in inbox.reports() {
-        sightings.extend(report.detections.iter().map(|detection| Sighting {
-            target: detection.target,
-            uav: report.uav,
-            look: Look { uav: report.state.position, measurement: detection.measurement },
-        }));
-    }
-    let key = |sighting: &Sighting| (sighting.target, sighting.uav);
-    if !sightings.is_sorted_by_key(key) {
-        sightings.sort_unstable_by_key(key);
-    }
-}
-
-/// What was measured, target after target.
-struct Sighted<'a> {
-    sightings: &'a [Sighting],
-    looks: &'a [Look],
-}
-
-impl<'a> Sighted<'a> {
-    /// Everything measured of one target at this instant, by ascending UAV. Leaves those of later targets.
-    fn take(&mut self, target: TargetId) -> &'a [Look] {
-        let earlier = self.sightings.iter().take_while(|sighting| sighting.target < target).count();
-        let own = self.sightings[earlier..].iter().take_while(|sighting| sighting.target == target).count();
-        self.sightings = &self.sightings[earlier + own..];
-        let (taken, later) = self.looks.split_at(earlier + own);
-        self.looks = later;
-        &taken[earlier..]
     }
 }
 

@@ -122,6 +122,11 @@ pub struct Transition {
 }
 
 impl Transition {
+    /// The model over no time at all.
+    pub(crate) fn none() -> Self {
+        Self { dt: Duration::ZERO, f: Matrix3::identity(), q: Matrix3::zeros() }
+    }
+
     /// F_1 times a position, velocity and acceleration.
     fn moved<T>(&self, [x, v, u]: [T; 3]) -> [T; 3]
     where

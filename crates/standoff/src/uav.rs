@@ -158,15 +158,16 @@ impl UavParams {
     /// Implements Eq. (2), (3). Total: a wanted value that is not a number becomes level flight at the nominal speed,
     /// and counts as limited.
     pub fn limit(&self, wanted: Command) -> LimitedCommand {
-        let (speed_m_s, speed_limited) = clamp_flagged(
-            wanted.speed_m_s,
-            self.speed_m_s - self.speed_change_max_m_s,
-            self.speed_m_s + self.speed_change_max_m_s,
-            self.speed_m_s,
-        );
+        let (speed_m_s, speed_limited) = self.limit_speed_m_s(wanted.speed_m_s);
         let (turn_rate_rad_s, turn_rate_limited) =
             clamp_flagged(wanted.turn_rate_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s, 0.0);
         LimitedCommand { command: Command { speed_m_s, turn_rate_rad_s }, speed_limited, turn_rate_limited }
+    }
+
+    /// The speed of [`Self::limit`] alone, m/s, and whether it met the limit.
+    pub(crate) fn limit_speed_m_s(&self, wanted_m_s: f64) -> (f64, bool) {
+        let (lower, upper) = (self.speed_m_s - self.speed_change_max_m_s, self.speed_m_s + self.speed_change_max_m_s);
+        clamp_flagged(wanted_m_s, lower, upper, self.speed_m_s)
     }
 
     /// How a UAV answers commands that are held for `dt`.

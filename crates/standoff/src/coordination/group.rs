@@ -4,11 +4,13 @@ use nalgebra::{Matrix2, Vector6};
 
 use crate::coordination::assignment::Objective;
 use crate::coordination::event::EventKind;
-use crate::coordination::membership::{Known, OnDuty};
+use crate::coordination::membership::Known;
 use crate::coordination::need::furthest_from;
-use crate::estimation::group_centre::{Centroid, GroupCentre, relative_covariance};
-use crate::frame::Displacement;
-use crate::guidance::heading::{Lead, Orbit, threshold_m2_s};
+use crate::estimation::group_centre::{
+    Centroid, GroupCentre, mean_position_covariance, mean_state, relative_covariance,
+};
+use crate::frame::{Displacement, Position};
+use crate::guidance::heading::{Lead, OnOrbit, Orbit};
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{
     Ramp, Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
@@ -179,51 +181,91 @@ pub(crate) struct Alarms {
     pub(crate) close: bool,
 }
 
-/// A group of the last instant, and its members then, with their estimates of now.
-pub(crate) struct Before<'a, M> {
-    pub(crate) group: &'a Group,
-    pub(crate) members: M,
-}
-
 impl Group {
-    /// Forms the group of `id` from its `members` among `known`, carrying the centre on from the last instant; `None`
-    /// without members.
-    pub(crate) fn form(
+    /// Forms a group that comes into being; `None` without members.
+    pub(crate) fn found(
         id: GroupId,
         known: &[Known],
         members: impl Iterator<Item = usize> + Clone,
-        before: Option<Before<'_, impl Iterator<Item = usize> + Clone>>,
-        transition: &Transition,
         team: &TeamParams,
     ) -> Option<Self> {
-        let (params, uav) = (&team.group, &team.uav);
-        let estimate = |index: usize| known[index].track.estimate();
-        let centroid = Centroid::of(members.clone().map(estimate))?;
-        let is_unchanged = before.as_ref().is_some_and(|before| before.members.clone().eq(members.clone()));
-        let carried = before.as_ref().and_then(|before| {
-            let centre = before.group.centre;
-            let centre = match params.on_membership_change {
-                OnMembershipChange::Shift if !is_unchanged => {
-                    centre.shifted(&membership_shift(known, before.members.clone(), &centroid))
-                }
-                _ => centre,
-            };
-            centre.advance(transition, &centroid)
-        });
-        let centre = match params.centre {
-            CentreEstimate::Filtered => carried.or_else(|| GroupCentre::start(&centroid))?,
-            CentreEstimate::Centroid => {
-                GroupCentre::at(&centroid, carried.map_or(0.0, |carried| carried.innovation_distance))?
-            }
+        let centroid = Centroid::of(members.clone().map(|index| known[index].track.estimate()))?;
+        let mut group = Self {
+            id,
+            members: centroid.members,
+            centre: GroupCentre::start(&centroid)?,
+            // What the orbit is like follows below.
+            furthest: TargetId(0),
+            spread: Spread::default(),
+            margin_m: 0.0,
+            standoff: StandoffDistance::default(),
+            smoothed: Ramp::default(),
+            turn_limit_m: 0.0,
+            smallest_m: 0.0,
+            largest_m: 0.0,
+            altitude_m: team.group.altitude_lowest_m,
+            threshold_m2_s: None,
+            diverging: Duration::ZERO,
+            outrun: Duration::ZERO,
+            separation_m: None,
+            members_when_assigned: 0,
+            alarms: Alarms::default(),
         };
+        group.fit_orbit(&centroid.mean.position_covariance(), known, members, None, team)?;
+        Some(group)
+    }
 
-        let at = centre.estimate().state;
+    /// Carries the group on from the last instant, when its members were `before`, to this one; `None` without members.
+    pub(crate) fn carry_on(
+        &mut self,
+        known: &[Known],
+        before: impl Iterator<Item = usize> + Clone,
+        members: impl Iterator<Item = usize> + Clone,
+        transition: &Transition,
+        team: &TeamParams,
+    ) -> Option<()> {
+        let estimates = members.clone().map(|index| known[index].track.estimate());
+        let (centroid, n) = mean_state(estimates.clone())?;
+        let centroid_m2 = mean_position_covariance(estimates.clone(), n);
+        self.members = n;
+        let is_unchanged = before.clone().eq(members.clone());
+        if !is_unchanged {
+            // With other members it is another orbit, and patience begins anew.
+            (self.diverging, self.outrun) = (Duration::ZERO, Duration::ZERO);
+            if team.group.on_membership_change == OnMembershipChange::Shift {
+                self.centre = self.centre.shifted(&membership_shift(known, before, &centroid));
+            }
+        }
+        let is_sound = self.centre.follow(transition, centroid.position(), &centroid_m2);
+        match team.group.centre {
+            CentreEstimate::Filtered if is_sound => {}
+            CentreEstimate::Filtered => self.centre = GroupCentre::start(&Centroid::of(estimates)?)?,
+            CentreEstimate::Centroid => {
+                let innovation_distance = if is_sound { self.centre.innovation_distance } else { 0.0 };
+                self.centre = GroupCentre::at(&Centroid::of(estimates)?, innovation_distance)?;
+            }
+        }
+        let smoothed = is_unchanged.then_some((self.smoothed, transition.dt));
+        self.fit_orbit(&centroid_m2, known, members, smoothed, team)
+    }
+
+    /// Fits the orbit to the centre and the members as they are now. `centroid_m2` is the covariance of their centroid's
+    /// position, m2; `smoothed` what was steered for before, and how long ago.
+    fn fit_orbit(
+        &mut self,
+        centroid_m2: &Matrix2<f64>,
+        known: &[Known],
+        members: impl Iterator<Item = usize> + Clone,
+        smoothed: Option<(Ramp, Duration)>,
+        team: &TeamParams,
+    ) -> Option<()> {
+        let (params, uav) = (&team.group, &team.uav);
+        let at = self.centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
         let spread = spread_of(&furthest.track.estimate().state, &at);
         let furthest_rel_centre = furthest.position() - at.position();
-        let relative_m2 =
-            || relative_covariance(furthest.track.estimate(), &centroid.mean.position_covariance(), centroid.members);
-        let margin_m = margin_m(params.margin, centre.innovation_distance, relative_m2, furthest_rel_centre);
+        let relative_m2 = || relative_covariance(furthest.track.estimate(), centroid_m2, self.members);
+        let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
         let standoff = params.standoff.distance(spread, margin_m);
         let wanted = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,
@@ -233,41 +275,29 @@ impl Group {
                 params.standoff.distance(spread_in(lead_s, states, &at), margin_m)
             }
         };
-        let smoothed_before = before.as_ref().filter(|_| is_unchanged).map(|before| before.group.smoothed);
-        let smoothed = Ramp::smoothed(smoothed_before, &wanted, params.smoothing_s, transition.dt.s());
+        let (before, dt) = smoothed.unzip();
+        self.smoothed = Ramp::smoothed(before, &wanted, params.smoothing_s, dt.unwrap_or_default().s());
         let centre_speed_m_s = at.velocity().speed_m_s();
         let speed_m_s = uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
-        let turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
+        self.turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
             .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
-        Some(Self {
-            id,
-            members: centroid.members,
-            centre,
-            furthest: furthest.track.target,
-            spread,
-            margin_m,
-            standoff,
-            smoothed,
-            turn_limit_m,
-            smallest_m: standoff.unclamped_m.max(params.standoff.radius_min_m).max(turn_limit_m),
-            largest_m: params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m),
-            altitude_m: before.as_ref().map_or(params.altitude_lowest_m, |before| before.group.altitude_m),
-            threshold_m2_s: None,
-            // With other members it is another orbit, and patience begins anew.
-            diverging: before.as_ref().filter(|_| is_unchanged).map_or(Duration::ZERO, |old| old.group.diverging),
-            outrun: before.as_ref().filter(|_| is_unchanged).map_or(Duration::ZERO, |old| old.group.outrun),
-            separation_m: None,
-            members_when_assigned: before.as_ref().map_or(0, |old| old.group.members_when_assigned),
-            alarms: before.map_or_else(Alarms::default, |before| before.group.alarms),
-        })
+        self.smallest_m = standoff.unclamped_m.max(params.standoff.radius_min_m).max(self.turn_limit_m);
+        self.largest_m = params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m);
+        (self.furthest, self.spread, self.margin_m, self.standoff) =
+            (furthest.track.target, spread, margin_m, standoff);
+        Some(())
     }
 
     /// Judges how the group's UAVs follow its orbit, `dt` after the last time.
     ///
     /// Implements Lemma 3.1 as section IV.B.2, convergence rule, uses it.
-    pub(crate) fn judge(&mut self, crew: impl Iterator<Item = OnDuty> + Clone, dt: Duration, team: &TeamParams) {
-        let orbit = self.orbit(team);
-        let threshold = |duty: OnDuty| threshold_m2_s(&team.guidance, duty.state.position, &orbit, team.uav.speed_m_s);
+    pub(crate) fn judge<'a>(
+        &mut self,
+        crew: impl Iterator<Item = (Position, &'a OnOrbit)> + Clone,
+        dt: Duration,
+        team: &TeamParams,
+    ) {
+        let threshold = |(_, on_orbit): (Position, &OnOrbit)| on_orbit.threshold_m2_s(team.uav.speed_m_s);
         // Discarding a target makes no centre slower.
         self.threshold_m2_s = crew.clone().filter_map(threshold).reduce(f64::max);
         let longer = |past: Duration, still: bool| {
@@ -279,9 +309,9 @@ impl Group {
         self.diverging = longer(self.diverging, diverges);
         self.separation_m = None;
         let mut others = crew.clone();
-        while let Some(one) = others.next() {
-            for other in others.clone() {
-                let distance_m = one.state.position.distance_m(other.state.position);
+        while let Some((one, _)) = others.next() {
+            for (other, _) in others.clone() {
+                let distance_m = one.distance_m(other);
                 self.separation_m = Some(self.separation_m.map_or(distance_m, |least| least.min(distance_m)));
             }
         }
@@ -332,9 +362,9 @@ impl Group {
 }
 
 /// What the change of members alone moved the centroid, all else as it is now.
-fn membership_shift(known: &[Known], before: impl Iterator<Item = usize>, centroid: &Centroid) -> Vector6<f64> {
-    let old = Centroid::of(before.map(|index| known[index].track.estimate()));
-    old.map_or(Vector6::zeros(), |old| centroid.mean.state.0 - old.mean.state.0)
+fn membership_shift(known: &[Known], before: impl Iterator<Item = usize>, centroid: &TargetState) -> Vector6<f64> {
+    let old = mean_state(before.map(|index| known[index].track.estimate()));
+    old.map_or(Vector6::zeros(), |(old, _)| centroid.0 - old.0)
 }
 
 pub(crate) fn spread_of(furthest: &TargetState, centre: &TargetState) -> Spread {
@@ -382,7 +412,7 @@ pub(crate) fn margin_m(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Position, Velocity};
+    use crate::frame::Velocity;
 
     /// One member stands at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110 m.
     #[test]

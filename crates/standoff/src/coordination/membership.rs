@@ -147,6 +147,7 @@ pub(crate) struct Settling<'a> {
     /// When it is next asked whether UAVs could watch more elsewhere.
     pub(crate) next_review: &'a mut Time,
     pub(crate) events: &'a mut Vec<Event>,
+    /// With the roster of the memberships of the last instant.
     pub(crate) buffers: &'a mut Buffers,
 }
 
@@ -154,7 +155,6 @@ impl Settling<'_> {
     /// Settles who belongs where; `buffers.roster` tells it by group.
     pub(crate) fn settle(&mut self) {
         self.release_lost();
-        self.fill_roster();
         if self.on_duty.is_empty() {
             // Nobody is there to watch: all stays as it is.
             return self.tell_of_emptied_groups();
@@ -181,16 +181,28 @@ impl Settling<'_> {
 
     /// A lost track belongs nowhere.
     fn release_lost(&mut self) {
+        let mut is_changed = false;
         for index in 0..self.known.len() {
-            if self.known[index].track.is_lost() {
+            let Known { track, membership, .. } = &self.known[index];
+            if track.is_lost() && *membership != Membership::Unassigned {
                 self.withdraw(index, WithdrawalReason::TargetLost);
                 self.known[index].membership = Membership::Unassigned;
+                is_changed = true;
             }
+        }
+        if is_changed {
+            self.fill_roster();
+        } else {
+            self.list_groups();
         }
     }
 
     fn fill_roster(&mut self) {
         self.buffers.roster.fill(self.known);
+        self.list_groups();
+    }
+
+    fn list_groups(&mut self) {
         self.buffers.groups.clear();
         self.buffers.groups.extend(self.buffers.roster.groups());
     }
@@ -275,7 +287,6 @@ impl Settling<'_> {
     ///
     /// Implements section IV.B.2 and section IV.B.2, convergence rule.
     fn discard(&mut self) {
-        let mut is_changed = false;
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
             let limit_m2_s = -self.params.group.convergence_limit_m2_s;
@@ -287,9 +298,8 @@ impl Settling<'_> {
             });
             if let Some((threshold_m2_s, furthest)) = diverging {
                 self.let_go(id, furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
-                is_changed = true;
             }
-            is_changed |= self.discard_fastest(id);
+            self.discard_fastest(id);
             let allowed_m = self.params.group.standoff.radius_max_m;
             while let Some(need) = self.need(id).filter(|need| need.members() > 1) {
                 let needed_m = need.standoff.unclamped_m;
@@ -297,22 +307,17 @@ impl Settling<'_> {
                     break;
                 }
                 self.let_go(id, need.furthest, EventKind::Discarded { needed_m, allowed_m });
-                is_changed = true;
             }
-        }
-        if is_changed {
-            self.fill_roster();
         }
     }
 
-    /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept. Whether it
-    /// did.
+    /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept.
     ///
     /// Beyond section IV.B.2.
-    fn discard_fastest(&mut self, id: GroupId) -> bool {
+    fn discard_fastest(&mut self, id: GroupId) {
         let outrun = self.last(id).map_or(Duration::ZERO, |group| group.outrun);
         if outrun.s() <= self.params.group.convergence_patience_s || self.members(id).count() < 2 {
-            return false;
+            return;
         }
         let speed_m_s = |index: &usize| self.known[*index].speed_m_s();
         let fastest = self.members(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
@@ -320,7 +325,6 @@ impl Settling<'_> {
             let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
             self.let_go(id, fastest, EventKind::DiscardedTooFast { speed_m_s, limit_m_s });
         }
-        fastest.is_some()
     }
 
     /// The group as it was at the last instant.
@@ -328,15 +332,14 @@ impl Settling<'_> {
         self.previous.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.previous[index])
     }
 
-    /// What a group's orbit needs as its members are now.
+    /// What a group's orbit needs.
     fn need(&self, id: GroupId) -> Option<Need> {
         Need::of(self.known, self.members(id), &self.params.group)
     }
 
-    /// The places of a group's members as they are now.
+    /// The places of a group's members.
     fn members(&self, id: GroupId) -> impl Iterator<Item = usize> + Clone {
-        let belongs = move |index: &usize| self.known[*index].belongs_to(id);
-        self.buffers.roster.of(id).filter(belongs)
+        self.buffers.roster.of(id)
     }
 
     /// The group's orbit cannot hold a target. One that is only just being received goes first, if the orbit is smaller
@@ -357,6 +360,7 @@ impl Settling<'_> {
             self.events.push(Event::of_target(kind, self.known[furthest].track.target, Some(id)));
             self.known[furthest].membership = Membership::Discarded;
         }
+        self.fill_roster();
     }
 
     fn tell_of_emptied_groups(&mut self) {

@@ -66,13 +66,11 @@ impl Need {
 ///
 /// Equal is what rounding may have made unequal: both of a pair are as far from their centroid, and which way their line
 /// lies must not decide between them.
-pub(crate) fn furthest_from(
-    centre: Position,
-    known: &[Known],
-    places: impl Iterator<Item = usize> + Clone,
-) -> Option<usize> {
-    let squared_m2 = |index: usize| known[index].position().squared_distance_m2(centre);
-    let most_m2 = places.clone().map(squared_m2).max_by(f64::total_cmp)?;
-    let others = places.clone().filter(|index| squared_m2(*index) >= most_m2 * (1.0 - 1e-9));
-    others.last().or(places.last())
+pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
+    let squared = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
+    let furthest = squared.reduce(|(most_m2, furthest), (squared_m2, index)| {
+        let is_as_far = squared_m2 >= most_m2 * (1.0 - 1e-9);
+        (most_m2.max(squared_m2), if is_as_far { index } else { furthest })
+    });
+    furthest.map(|(_, index)| index)
 }

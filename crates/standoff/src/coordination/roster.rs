@@ -23,9 +23,15 @@ impl Roster {
                 Membership::Unassigned | Membership::Discarded => {}
             }
         }
-        if !self.entries.is_sorted() {
+        // Of one group, they are in order already.
+        if !self.entries.is_sorted_by_key(|entry| entry.0) {
             self.entries.sort_unstable();
         }
+    }
+
+    /// Becomes the same as another.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        self.entries.clone_from(&other.entries);
     }
 
     /// The places of a group's members among the known targets.

@@ -84,13 +84,19 @@ impl GroupCentre {
     #[must_use]
     #[inline]
     pub fn advance(mut self, transition: &Transition, centroid: &Centroid) -> Option<Self> {
+        let mean = &centroid.mean;
+        self.follow(transition, mean.state.position(), &mean.position_covariance()).then_some(self)
+    }
+
+    /// [Advances](Self::advance) in place, given the position of the centroid and its covariance (m2); whether the numbers
+    /// allowed it.
+    pub(crate) fn follow(&mut self, transition: &Transition, measured: Position, covariance: &Matrix2<f64>) -> bool {
         self.filter.predict(transition);
-        let measured = centroid.mean.state.position();
         let predicted = self.filter.estimate();
         self.innovation_distance =
             mahalanobis_squared(measured, predicted.state.position(), &predicted.position_covariance());
-        self.filter.update(&Contribution::of_position(measured, &centroid.mean.position_covariance()));
-        self.filter.is_sound().then_some(self)
+        self.filter.update(&Contribution::of_position(measured, covariance));
+        self.filter.is_sound()
     }
 
     /// Moves the centre by what a change of members moved the centroid, so that the change is no innovation.

@@ -32,21 +32,22 @@ impl Contribution {
     /// Implements the summands of Eq. (10), (11); the bearing's innovation wraps. Nothing where the Jacobian does not
     /// exist.
     pub fn of_measurement(sensor: &SensorParams, uav: Position, z: &RangeBearing, predicted: Position) -> Contribution {
-        let [contribution] = Self::of_measurements(sensor, [(uav, z)], predicted);
+        let [contribution] = Self::of_measurements(sensor, [(uav, z, predicted)]);
         contribution
     }
 
-    /// What several measurements of one target say, each from its own UAV: the same as one by one, in less time.
+    /// What several measurements say, each from its own UAV and linearised about its own target's predicted position: the
+    /// same as one by one, in less time.
+    #[inline]
     pub(crate) fn of_measurements<const N: usize>(
         sensor: &SensorParams,
-        measurements: [(Position, &RangeBearing); N],
-        predicted: Position,
+        measurements: [(Position, &RangeBearing, Position); N],
     ) -> [Contribution; N] {
-        let targets_rel_uav = measurements.map(|(uav, _)| predicted - uav);
+        let targets_rel_uav = measurements.map(|(uav, _, predicted)| predicted - uav);
         let expected = sensor::measure_each(targets_rel_uav);
         let weights = sensor.noise_weights();
         core::array::from_fn(|i| {
-            let ((_, z), expected) = (measurements[i], expected[i]);
+            let ((_, z, predicted), expected) = (measurements[i], expected[i]);
             // Where the Jacobian does not exist, what is told weighs nothing.
             let weights = if expected.range_m >= RANGE_MIN_M { weights } else { [0.0; 2] };
             let [range, bearing] = sensor::jacobian_rows(expected.range_m.max(RANGE_MIN_M), targets_rel_uav[i]);
@@ -262,9 +263,8 @@ impl InformationFilter {
             [0, 3, 5].map(|i| covariance.own[i]).iter().fold(true, |all, v| all & (v.x > 0.0) & (v.y > 0.0));
         // What is not finite in a sum stays so.
         let own: Vector2<f64> = covariance.own.iter().sum();
-        let [[a, b, c], [d, e, f], [g, h, i]] = covariance.across;
-        let sums = [own.x, own.y, a + b + c, d + e + f, g + h + i, state.0.sum()];
-        is_positive && are_finite(&sums)
+        let across: f64 = covariance.across.as_flattened().iter().sum();
+        is_positive && (own.x + own.y + across + state.0.sum()).is_finite()
     }
 }
 
@@ -385,6 +385,23 @@ mod tests {
             let (got, kalman) = (got.covariance.matrix(), kalman.covariance.matrix());
             assert!((got - kalman).norm() < 1e-9 * kalman.norm(), "step {step}");
         }
+    }
+
+    /// Though one UAV is so near that its measurement tells nothing, and whatever the company.
+    #[test]
+    fn several_measurements_say_what_each_says() {
+        let at = Position::from_m(110.0, 50.0);
+        let uavs = [(-200.0, -100.0), (110.1, 50.2), (300.0, 20.0), (90.0, -60.0)];
+        let looks = uavs.map(|(x_m, y_m)| {
+            let uav = Position::from_m(x_m, y_m);
+            (uav, sensor::measure(uav, Position::from_m(115.0, 45.0)), at + Displacement::from_m(0.1 * x_m, 0.0))
+        });
+        let looks = [looks[0], (looks[1].0, looks[1].1, at), looks[2], looks[3]];
+        let each = looks.map(|(uav, z, predicted)| Contribution::of_measurement(&sensor(), uav, &z, predicted));
+        let together = looks.each_ref().map(|(uav, z, predicted)| (*uav, z, *predicted));
+        assert_eq!(Contribution::of_measurements(&sensor(), together), each);
+        assert_eq!(each[1], Contribution::default());
+        assert!(each[0].information.trace() > 0.0);
     }
 
     /// Checks Eq. (11): with no prior to speak of, what is left is the Fisher information (31).

@@ -145,17 +145,40 @@ impl Track {
             *self = Self::from_looks(self.target, looks, params).unwrap_or(*self);
             return;
         }
-        let before = self.filter;
-        self.filter.predict(transition);
-        if looks.is_empty() {
-            self.coast(transition.dt, should_be_seen, params);
-        } else {
-            let at = self.filter.estimate().state.position();
-            self.filter.update(&fused(&params.sensor, looks, at));
+        let before = *self;
+        self.predict(transition);
+        let at = self.filter.estimate().state.position();
+        let told = (!looks.is_empty()).then(|| fused(&params.sensor, looks, at));
+        self.conclude(&before, told.as_ref(), transition.dt, should_be_seen, params);
+    }
+
+    /// The first part of [`Self::advance`]: predicts. A lost track stays as it is.
+    #[inline]
+    pub(crate) fn predict(&mut self, transition: &Transition) {
+        if !self.is_lost() {
+            self.filter.predict(transition);
+        }
+    }
+
+    /// The second part of [`Self::advance`], of a track that is not lost: updates with what all looks told, or coasts.
+    /// `before` is the track before both parts, `dt` the time since then.
+    #[inline]
+    pub(crate) fn conclude(
+        &mut self,
+        before: &Self,
+        told: Option<&Contribution>,
+        dt: Duration,
+        should_be_seen: impl Fn(Position, f64) -> bool,
+        params: &TrackParams,
+    ) {
+        if let Some(told) = told {
+            self.filter.update(told);
             (self.status, self.missed) = (TrackStatus::Held, Duration::ZERO);
+        } else {
+            self.coast(dt, should_be_seen, params);
         }
         if !self.filter.is_sound() {
-            (self.filter, self.status) = (before, TrackStatus::Lost(LossReason::Diverged));
+            (self.filter, self.status) = (before.filter, TrackStatus::Lost(LossReason::Diverged));
         }
     }
 
@@ -189,11 +212,8 @@ impl Track {
 /// Implements the sums of Eq. (10), (11); their order is the looks' order.
 fn fused(sensor: &SensorParams, looks: &[Look], linearised_at: Position) -> Contribution {
     let mut sum = Contribution::default();
-    // By twos, which are worked on side by side; a last one alone beside itself.
-    for pair in looks.chunks(2) {
-        let both = [&pair[0], &pair[pair.len() - 1]].map(|look| (look.uav, &look.measurement));
-        let contributions = Contribution::of_measurements(sensor, both, linearised_at);
-        contributions.into_iter().take(pair.len()).for_each(|contribution| sum += contribution);
+    for look in looks {
+        sum += Contribution::of_measurement(sensor, look.uav, &look.measurement, linearised_at);
     }
     sum
 }
@@ -257,22 +277,6 @@ mod tests {
 
     fn transition() -> Transition {
         params().target.transition(Duration::from_s(0.5))
-    }
-
-    /// Whether one, two or three UAVs looked, and though the last is so near that its measurement tells nothing.
-    #[test]
-    fn what_all_looks_say_is_the_sum_of_what_each_says() {
-        let (sensor, at) = (params().sensor, Position::from_m(110.0, 50.0));
-        let uavs = [(-200.0, -100.0), (300.0, 20.0), (110.1, 50.2)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
-        let looks = uavs.map(|uav| Look { uav, measurement: measure(uav, Position::from_m(115.0, 45.0)) });
-        for n in 1..=looks.len() {
-            let mut sum = Contribution::default();
-            for look in &looks[..n] {
-                sum += Contribution::of_measurement(&sensor, look.uav, &look.measurement, at);
-            }
-            assert_eq!(fused(&sensor, &looks[..n], at), sum);
-        }
-        assert_eq!(fused(&sensor, &looks[2..], at), Contribution::default());
     }
 
     #[test]

@@ -10,11 +10,13 @@
 //! everywhere for the field (13) about a centre at rest. What is flown has k_l, a virtual radius and a moving centre
 //! in it: the third form differentiates that.
 
+use nalgebra::Vector2;
+
 use crate::angle::Angle;
-use crate::frame::{Position, Velocity};
+use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::moving_centre;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
-use crate::guidance::vector_field::{PolarMotion, Sense, VectorField, convergence_threshold_m2_s};
+use crate::guidance::vector_field::{FieldAt, PolarMotion, Sense, VectorField, convergence_threshold_m2_s};
 use crate::param::{Allowed, ParamError};
 use crate::target::TargetState;
 use crate::uav::UavState;
@@ -141,11 +143,6 @@ impl Orbit {
             steered,
         }
     }
-
-    /// Direction from the centre to a place.
-    pub(crate) fn phase(&self, place: Position) -> Angle {
-        (place - self.centre).direction()
-    }
 }
 
 /// What the law wants of one UAV, and what it looked at.
@@ -172,87 +169,116 @@ pub struct Steering {
 
 /// The speed over ground that keeps `speed_m_s` relative to what the parameters refer it to, m/s, before limits.
 pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> f64 {
-    match params.speed_reference {
-        SpeedReference::Ground => speed_m_s,
-        SpeedReference::Centre => {
-            let along = params.field(orbit).direction(uav.position - orbit.centre);
-            moving_centre::at_relative_speed(along, orbit.centre_velocity, speed_m_s).1
-        }
-    }
+    OnOrbit::of(params, uav.position, orbit).ground_speed_m_s(params, speed_m_s)
 }
 
 /// Steers a UAV that flies at `speed_m_s` over ground (the speed really commanded) onto `orbit`.
 ///
 /// Implements Eq. (23), (24), (25).
 pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
-    steer_from(orbit.phase(uav.position), params, uav, orbit, speed_m_s)
+    OnOrbit::of(params, uav.position, orbit).steer(params, uav, speed_m_s)
 }
 
-/// The same for a UAV whose phase is known already.
-pub(crate) fn steer_from(
-    phase: Angle,
-    params: &GuidanceParams,
-    uav: &UavState,
-    orbit: &Orbit,
-    speed_m_s: f64,
-) -> Steering {
-    let uav_rel_centre = uav.position - orbit.centre;
-    let r_m = uav_rel_centre.length_m();
-    let field = params.field(orbit);
-    let field_direction = field.direction(uav_rel_centre);
-    let mut flown = moving_centre::over_ground(field_direction, orbit.centre_velocity, speed_m_s);
-    if params.speed_reference == SpeedReference::Centre && !flown.centre_too_fast {
-        // The same heading, but differentiated at constant speed relative to the centre.
-        flown = moving_centre::at_relative_speed(field_direction, orbit.centre_velocity, flown.relative_speed_m_s).0;
-    }
-    let motion = if flown.centre_too_fast {
-        let over_ground = Velocity::from_polar(speed_m_s, flown.heading);
-        PolarMotion::of(uav_rel_centre, over_ground - orbit.centre_velocity)
-    } else {
-        field.motion_along(r_m, flown.relative_speed_m_s)
-    };
-    let feedforward_rad_s = match params.feedforward {
-        // Differentiating at constant centre velocity and speed.
-        Feedforward::Flown => {
-            field.turn_rate_rad_s(r_m, motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading
-        }
-        Feedforward::Actual => {
-            let actual = PolarMotion::of(uav_rel_centre, uav.velocity() - orbit.centre_velocity);
-            field.turn_rate_rad_s(r_m, actual, orbit.steered.rate_m_s) * flown.heading_per_field_heading
-        }
-        Feedforward::Exact => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
-        Feedforward::Printed => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, r_m),
-    };
-    let heading_error = uav.heading - flown.heading;
-    Steering {
-        turn_rate_rad_s: feedforward_rad_s
-            - params.heading_gain_1_s * heading_error.rad()
-            - params.turn_rate_gain * (uav.turn_rate_rad_s - feedforward_rad_s),
-        desired_heading: flown.heading,
-        feedforward_rad_s,
-        centre_distance_m: r_m,
-        phase,
-        steered_distance_m: field.radius_m,
-        convergence_threshold_m2_s: convergence_threshold_m2_s(
-            r_m,
-            motion.r_rate_m_s,
-            orbit.distance_m,
-            orbit.rate_m_s,
-        ),
-        centre_too_fast: flown.centre_too_fast,
-    }
+/// Where a UAV is about the orbit it is to fly, and the field there: worked out once for all who ask.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OnOrbit {
+    pub(crate) orbit: Orbit,
+    /// Direction from the centre to the UAV.
+    pub(crate) phase: Angle,
+    uav_rel_centre: Displacement,
+    field: FieldAt,
+    /// Direction of the field, a unit vector.
+    along: Vector2<f64>,
 }
 
-/// Threshold of Lemma 3.1 for a UAV at `uav` that flies along the field at `speed_m_s` over ground, m2/s: what
-/// [`steer`] gives; `None`: the centre is too fast for the field (29).
-pub(crate) fn threshold_m2_s(params: &GuidanceParams, uav: Position, orbit: &Orbit, speed_m_s: f64) -> Option<f64> {
-    let uav_rel_centre = uav - orbit.centre;
-    let r_m = uav_rel_centre.length_m();
-    let field = params.field(orbit);
-    let along = field.direction(uav_rel_centre);
-    let relative_speed_m_s = moving_centre::relative_speed_m_s(along, orbit.centre_velocity, speed_m_s)?;
-    let r_rate_m_s = field.motion_along(r_m, relative_speed_m_s).r_rate_m_s;
-    Some(convergence_threshold_m2_s(r_m, r_rate_m_s, orbit.distance_m, orbit.rate_m_s))
+impl OnOrbit {
+    pub(crate) fn of(params: &GuidanceParams, uav: Position, orbit: &Orbit) -> Self {
+        let [on_orbit] = Self::each(params, [(uav, *orbit)]);
+        on_orbit
+    }
+
+    /// Several UAVs, each about its own orbit: the same as one by one, in less time.
+    #[inline]
+    pub(crate) fn each<const N: usize>(params: &GuidanceParams, uavs: [(Position, Orbit); N]) -> [Self; N] {
+        let uavs_rel_centre = uavs.map(|(uav, orbit)| uav - orbit.centre);
+        let phases = Displacement::direction_each(uavs_rel_centre);
+        core::array::from_fn(|i| {
+            let (orbit, uav_rel_centre) = (uavs[i].1, uavs_rel_centre[i]);
+            let field = params.field(&orbit).at(uav_rel_centre.length_m());
+            Self { orbit, phase: phases[i], uav_rel_centre, field, along: field.direction(uav_rel_centre) }
+        })
+    }
+
+    /// Distance r from the centre, m.
+    pub(crate) fn centre_distance_m(&self) -> f64 {
+        self.field.r_m
+    }
+
+    /// See [`ground_speed_m_s`].
+    pub(crate) fn ground_speed_m_s(&self, params: &GuidanceParams, speed_m_s: f64) -> f64 {
+        match params.speed_reference {
+            SpeedReference::Ground => speed_m_s,
+            SpeedReference::Centre => {
+                moving_centre::at_relative_speed(self.along, self.orbit.centre_velocity, speed_m_s).1
+            }
+        }
+    }
+
+    /// See [`steer`]; the UAV is where it was said to be.
+    pub(crate) fn steer(&self, params: &GuidanceParams, uav: &UavState, speed_m_s: f64) -> Steering {
+        let Self { orbit, phase, uav_rel_centre, field, along } = self;
+        let r_m = self.centre_distance_m();
+        let mut flown = moving_centre::over_ground(*along, orbit.centre_velocity, speed_m_s);
+        if params.speed_reference == SpeedReference::Centre && !flown.centre_too_fast {
+            // The same heading, but differentiated at constant speed relative to the centre.
+            flown = moving_centre::at_relative_speed(*along, orbit.centre_velocity, flown.relative_speed_m_s).0;
+        }
+        let motion = if flown.centre_too_fast {
+            let over_ground = Velocity::from_polar(speed_m_s, flown.heading);
+            PolarMotion::of(*uav_rel_centre, over_ground - orbit.centre_velocity)
+        } else {
+            field.motion_along(flown.relative_speed_m_s)
+        };
+        let feedforward_rad_s = match params.feedforward {
+            // Differentiating at constant centre velocity and speed.
+            Feedforward::Flown => {
+                field.turn_rate_rad_s(motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading
+            }
+            Feedforward::Actual => {
+                let actual = PolarMotion::of(*uav_rel_centre, uav.velocity() - orbit.centre_velocity);
+                field.turn_rate_rad_s(actual, orbit.steered.rate_m_s) * flown.heading_per_field_heading
+            }
+            Feedforward::Exact => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, orbit.distance_m),
+            Feedforward::Printed => params.sense.sign() * at_rest_rad_s(r_m, orbit, speed_m_s, r_m),
+        };
+        let heading_error = uav.heading - flown.heading;
+        Steering {
+            turn_rate_rad_s: feedforward_rad_s
+                - params.heading_gain_1_s * heading_error.rad()
+                - params.turn_rate_gain * (uav.turn_rate_rad_s - feedforward_rad_s),
+            desired_heading: flown.heading,
+            feedforward_rad_s,
+            centre_distance_m: r_m,
+            phase: *phase,
+            steered_distance_m: orbit.steered.radius_m,
+            convergence_threshold_m2_s: convergence_threshold_m2_s(
+                r_m,
+                motion.r_rate_m_s,
+                orbit.distance_m,
+                orbit.rate_m_s,
+            ),
+            centre_too_fast: flown.centre_too_fast,
+        }
+    }
+
+    /// Threshold of Lemma 3.1 for a UAV that flies along the field at `speed_m_s` over ground, m2/s: what [`steer`]
+    /// gives; `None`: the centre is too fast for the field (29).
+    pub(crate) fn threshold_m2_s(&self, speed_m_s: f64) -> Option<f64> {
+        let Orbit { centre_velocity, distance_m, rate_m_s, .. } = self.orbit;
+        let relative_speed_m_s = moving_centre::relative_speed_m_s(self.along, centre_velocity, speed_m_s)?;
+        let r_rate_m_s = self.field.motion_along(relative_speed_m_s).r_rate_m_s;
+        Some(convergence_threshold_m2_s(self.centre_distance_m(), r_rate_m_s, distance_m, rate_m_s))
+    }
 }
 
 /// Turn rate of the anticlockwise field (13) about a centre at rest, rad/s. The exact form has r_d three times in the
@@ -268,7 +294,6 @@ fn at_rest_rad_s(r_m: f64, orbit: &Orbit, speed_m_s: f64, twice_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Displacement;
 
     fn params(feedforward: Feedforward) -> GuidanceParams {
         GuidanceParams {

@@ -51,7 +51,7 @@ pub struct Spread {
 }
 
 /// A standoff distance and its rate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StandoffDistance {
     /// (15) before the clamp, m.
     pub unclamped_m: f64,

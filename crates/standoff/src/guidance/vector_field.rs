@@ -64,20 +64,17 @@ pub struct VectorField {
 }
 
 impl VectorField {
-    /// Radial and tangential components of the field, up to a common positive factor.
-    fn components(&self, r: f64) -> (f64, f64) {
+    /// The field at a distance from the centre.
+    #[inline]
+    pub(crate) fn at(&self, r_m: f64) -> FieldAt {
         let r_d = self.radius_m;
-        ((r_d * r_d - r * r) / self.radial_gain, self.sense.sign() * 2.0 * r * r_d)
+        let (radial, tangential) = ((r_d * r_d - r_m * r_m) / self.radial_gain, self.sense.sign() * 2.0 * r_m * r_d);
+        FieldAt { field: *self, r_m, radial, tangential, size: math::hypot(radial, tangential) }
     }
 
     /// Direction of the field at the UAV's position relative to the centre, a unit vector; defined everywhere.
     pub fn direction(&self, uav_rel_centre: Displacement) -> Vector2<f64> {
-        let r_m = uav_rel_centre.length_m();
-        let outward = if r_m > 0.0 { uav_rel_centre.vector() / r_m } else { Vector2::x() };
-        let (radial, tangential) = self.components(r_m);
-        let size = math::hypot(radial, tangential);
-        let (radial, tangential) = (radial / size, tangential / size);
-        Vector2::new(outward.x * radial - outward.y * tangential, outward.y * radial + outward.x * tangential)
+        self.at(uav_rel_centre.length_m()).direction(uav_rel_centre)
     }
 
     /// Desired velocity relative to a centre at rest, of magnitude `speed_m_s`.
@@ -99,13 +96,7 @@ impl VectorField {
     ///
     /// Implements Eq. (14), both parts, rescaled to the speed where k_l is below 1.
     pub fn motion_along(&self, r_m: f64, speed_m_s: f64) -> PolarMotion {
-        let (radial, tangential) = self.components(r_m);
-        let size = math::hypot(radial, tangential);
-        PolarMotion {
-            r_rate_m_s: speed_m_s * radial / size,
-            // The tangential component over r.
-            phase_rate_rad_s: speed_m_s * self.sense.sign() * 2.0 * self.radius_m / size,
-        }
+        self.at(r_m).motion_along(speed_m_s)
     }
 
     /// Rate at which the field's direction turns under a UAV that moves so, rad/s, while the radius changes at
@@ -114,9 +105,45 @@ impl VectorField {
     /// Implements Eq. (25) made exact: for a UAV that flies along the field, with k_l = 1, it is
     /// `4 v r_d^3 / (r^2 + r_d^2)^2 - 2 r r_d' / (r^2 + r_d^2)`.
     pub fn turn_rate_rad_s(&self, r_m: f64, motion: PolarMotion, radius_rate_m_s: f64) -> f64 {
-        let (r, r_d, k, sign) = (r_m, self.radius_m, self.radial_gain, self.sense.sign());
-        let (radial, tangential) = self.components(r);
-        let size = math::hypot(radial, tangential);
+        self.at(r_m).turn_rate_rad_s(motion, radius_rate_m_s)
+    }
+}
+
+/// A field at one distance from the centre: its components, radial and tangential, up to a common positive factor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FieldAt {
+    field: VectorField,
+    pub(crate) r_m: f64,
+    radial: f64,
+    tangential: f64,
+    /// Of both together.
+    size: f64,
+}
+
+impl FieldAt {
+    /// See [`VectorField::direction`]; the UAV is at this distance.
+    #[inline]
+    pub(crate) fn direction(&self, uav_rel_centre: Displacement) -> Vector2<f64> {
+        let outward = if self.r_m > 0.0 { uav_rel_centre.vector() / self.r_m } else { Vector2::x() };
+        let (radial, tangential) = (self.radial / self.size, self.tangential / self.size);
+        Vector2::new(outward.x * radial - outward.y * tangential, outward.y * radial + outward.x * tangential)
+    }
+
+    /// See [`VectorField::motion_along`].
+    #[inline]
+    pub(crate) fn motion_along(&self, speed_m_s: f64) -> PolarMotion {
+        PolarMotion {
+            r_rate_m_s: speed_m_s * self.radial / self.size,
+            // The tangential component over r.
+            phase_rate_rad_s: speed_m_s * self.field.sense.sign() * 2.0 * self.field.radius_m / self.size,
+        }
+    }
+
+    /// See [`VectorField::turn_rate_rad_s`].
+    #[inline]
+    pub(crate) fn turn_rate_rad_s(&self, motion: PolarMotion, radius_rate_m_s: f64) -> f64 {
+        let Self { field, r_m: r, radial, tangential, size } = *self;
+        let (r_d, k, sign) = (field.radius_m, field.radial_gain, field.sense.sign());
         let radial_rate = 2.0 * (r_d * radius_rate_m_s - r * motion.r_rate_m_s) / k;
         let tangential_rate = sign * 2.0 * (motion.r_rate_m_s * r_d + r * radius_rate_m_s);
         let inclination_rate = (radial / size) * (tangential_rate / size) - (tangential / size) * (radial_rate / size);

@@ -1,6 +1,7 @@
 use super::*;
-use crate::coordination::group::{Before, Margin};
+use crate::coordination::group::Margin;
 use crate::frame::Velocity;
+use crate::guidance::heading::OnOrbit;
 use crate::message::Cue;
 use crate::target::TargetId;
 
@@ -48,6 +49,7 @@ impl World {
     fn settle(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
         let tracks: Vec<Track> = self.known.iter().map(|known| known.track).collect();
+        self.buffers.roster.fill(&self.known);
         Settling {
             now: Time::from_us(self.tick * 500_000),
             known: &mut self.known,
@@ -88,10 +90,7 @@ impl World {
 
     /// The first group, as if it had just been founded.
     fn first_group(&self) -> Group {
-        let transition = self.params.track.target.transition(Duration::ZERO);
-        let before: Option<Before<'_, core::iter::Empty<usize>>> = None;
-        let members = self.buffers.roster.of(GroupId(0));
-        Group::form(GroupId(0), &self.known, members, before, &transition, &self.params).unwrap()
+        Group::found(GroupId(0), &self.known, self.buffers.roster.of(GroupId(0)), &self.params).unwrap()
     }
 
     /// Every UAV serves the group that its id, halved, counts to.
@@ -390,7 +389,11 @@ fn the_fastest_is_discarded_where_the_group_outruns_the_uavs() {
     }
     let mut group = world.first_group();
     for _ in 0..7 {
-        group.judge(world.on_duty.iter().copied(), Duration::from_s(0.5), &world.params);
+        let (guidance, orbit) = (&world.params.guidance, group.orbit(&world.params));
+        let place = |duty: &OnDuty| (duty.state.position, OnOrbit::of(guidance, duty.state.position, &orbit));
+        let crew: Vec<_> = world.on_duty.iter().map(place).collect();
+        let crew = crew.iter().map(|(position, on_orbit)| (*position, on_orbit));
+        group.judge(crew, Duration::from_s(0.5), &world.params);
     }
     assert_eq!(group.outrun, Duration::from_s(3.5));
     world.previous = vec![group];
