@@ -138,6 +138,36 @@ fn scenarios_with_too_much_of_something_are_refused_as_quickly() {
     }
 }
 
+#[test]
+fn keys_and_names_of_the_command_line_are_bounded() {
+    let folder = tempfile::tempdir().unwrap();
+    let deep = format!("{}=1", vec!["a"; 60_000].join("."));
+    let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--set", &deep]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
+    assert!(message.contains("is nested too deeply"), "{message}");
+    // Of a file, only what is in it counts.
+    fs::write(folder.path().join("y\n\u{1b}z.csv"), CSV).unwrap();
+    let output = standoff(folder.path(), &["run", "--traffic", "y\n\u{1b}z.csv", "--out", "o"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_crowd_that_would_take_minutes_to_be_weighed_is_refused() {
+    let crowd = |vehicles: usize| {
+        let rows = (0..vehicles).map(|n| format!("0,v{n},{},{}\n1,v{n},{},{}\n", n % 300, n / 300, n % 300, n / 300));
+        "t,id,x,y\n".to_owned() + &rows.collect::<String>()
+    };
+    let expected = "f: there are more than 5000 vehicles at time = 0 s; at most 5000; cut out a smaller area";
+    check_traffic(crowd(5001).as_bytes(), expected);
+    // One after the other they may be as many as they like.
+    let later = (0..6000).map(|n| format!("{n},v{n},3,4\n")).collect::<String>();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("f"), "t,id,x,y\n".to_owned() + &later).unwrap();
+    let args = ["run", "--traffic", "f", "--set", "duration_s=1", "--out", "o"];
+    assert_eq!(standoff(folder.path(), &args).status.code(), Some(0));
+}
+
 #[track_caller]
 fn check_traffic(bytes: &[u8], expected: &str) {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,6 @@
 //! What a batch is: everything that determines its rows, and where they lie.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
@@ -18,6 +19,9 @@ pub(super) const FORMAT: u64 = 1;
 
 /// Most runs of a batch: a journal of more would take longer to read than a person waits.
 const MAX_RUNS: u64 = 100_000_000;
+
+/// Most metrics of a batch; this version has some sixty.
+const MAX_METRICS: usize = 200;
 
 /// Everything that determines the rows of a batch: two that are equal give the same bytes.
 ///
@@ -125,6 +129,10 @@ impl Batch {
             let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             (1..=100).contains(&name.len()) && name.chars().all(known)
         };
+        if self.metrics.len() > MAX_METRICS {
+            let what = format!("there are {}; at most {MAX_METRICS}", self.metrics.len());
+            return Err(MonteCarloError::Metrics(what));
+        }
         let mut sorted: Vec<&String> = self.metrics.iter().collect();
         sorted.sort();
         match self.metrics.iter().find(|name| !is_name(name)) {
@@ -254,6 +262,7 @@ fn check_runs(seed: u64, runs: u64, shard: Option<Shard>) -> Result<(), MonteCar
 /// The metrics that one has and the other has not.
 fn different_metrics(ours: &[String], theirs: &[String]) -> Option<String> {
     let only = |of: &[String], other: &[String]| {
+        let other: BTreeSet<&String> = other.iter().collect();
         of.iter().filter(|name| !other.contains(name)).cloned().collect::<Vec<_>>().join(", ")
     };
     match (only(ours, theirs), only(theirs, ours)) {
@@ -265,19 +274,12 @@ fn different_metrics(ours: &[String], theirs: &[String]) -> Option<String> {
 
 /// The first line of two scenarios that differs, with its table.
 fn different_line(ours: &str, theirs: &str) -> Option<String> {
-    let lines = |text: &str| {
-        let mut table = String::new();
-        let mut lines = Vec::new();
-        for line in text.lines().filter(|line| !line.is_empty()) {
-            if line.starts_with('[') {
-                table = format!("{line} ");
-            }
-            lines.push(if line.starts_with('[') { line.to_owned() } else { format!("{table}{line}") });
-        }
-        lines
+    let (ours, theirs) = (lines_with_tables(ours), lines_with_tables(theirs));
+    let missing = |from: &[(&str, &str)], other: &[(&str, &str)]| {
+        let other: BTreeSet<_> = other.iter().collect();
+        let found = from.iter().find(|line| !other.contains(line));
+        found.map(|(table, line)| if table.is_empty() { (*line).to_owned() } else { format!("{table} {line}") })
     };
-    let (ours, theirs) = (lines(ours), lines(theirs));
-    let missing = |from: &[String], other: &[String]| from.iter().find(|line| !other.contains(line)).cloned();
     let nothing = || "nothing of the kind".to_owned();
     match (missing(&ours, &theirs), missing(&theirs, &ours)) {
         (None, None) if ours == theirs => None,
@@ -287,6 +289,21 @@ fn different_line(ours: &str, theirs: &str) -> Option<String> {
             Some(format!("its scenario says {}, not {}", words(&theirs), words(&ours)))
         }
     }
+}
+
+/// The lines of a scenario, each after the heading of its table.
+fn lines_with_tables(text: &str) -> Vec<(&str, &str)> {
+    let mut table = "";
+    let mut lines = Vec::new();
+    for line in text.lines().filter(|line| !line.is_empty()) {
+        if line.starts_with('[') {
+            table = line;
+            lines.push(("", line));
+        } else {
+            lines.push((table, line));
+        }
+    }
+    lines
 }
 
 #[cfg(test)]

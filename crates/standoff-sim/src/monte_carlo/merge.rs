@@ -33,10 +33,10 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     }
     let Some((Shard { of, .. }, first)) = parts.first() else { return refuse("no folder is named".to_owned()) };
     let is_missing = |index: &u64| !parts.iter().any(|(shard, _)| shard.index == *index);
-    let mut missing = (0..*of).filter(is_missing).map(|index| Shard { index, of: *of }.to_string());
-    let some: Vec<_> = missing.by_ref().take(10).collect();
+    let missing = (0..*of).filter(is_missing).map(|index| Shard { index, of: *of }.to_string());
+    let some: Vec<_> = missing.take(10).collect();
     if !some.is_empty() {
-        let more = match missing.count() {
+        let more = match *of - parts.len() as u64 - some.len() as u64 {
             0 => String::new(),
             more => format!(" and {more} more"),
         };

@@ -12,6 +12,9 @@ use super::MonteCarloError;
 /// Results that may wait for the taker: what bounds the memory.
 const WAITING: usize = 256;
 
+/// More threads than any machine has cores would only wait for one another.
+const MAX_THREADS: usize = 1024;
+
 /// How often the taker is asked to look around where no result comes.
 const LOOK_AROUND: Duration = Duration::from_millis(100);
 
@@ -20,7 +23,7 @@ const LOOK_AROUND: Duration = Duration::from_millis(100);
 ///
 /// When `stop` is set or a job fails, the flag that `work` is given goes up. Work that sees it up may return anything: it
 /// is dropped. What is complete is still taken, then the first error returned. An error of `take` ends all at once.
-/// `threads` more than the system can start are an error.
+/// `threads` more than the system can start are an error; more than [`MAX_THREADS`] are not asked for.
 pub(super) fn work_through<J, T: Send>(
     jobs: impl Iterator<Item = Result<J, MonteCarloError>> + Send,
     threads: Option<NonZeroUsize>,
@@ -28,7 +31,8 @@ pub(super) fn work_through<J, T: Send>(
     work: impl Fn(J, &AtomicBool) -> Result<T, MonteCarloError> + Sync,
     mut take: impl FnMut(Option<T>) -> Result<(), MonteCarloError>,
 ) -> Result<(), MonteCarloError> {
-    let threads = threads.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let threads =
+        threads.or_else(|| thread::available_parallelism().ok()).map_or(1, |threads| threads.get().min(MAX_THREADS));
     let (jobs, work, halt) = (&Mutex::new(jobs), &work, &AtomicBool::new(stop.load(Ordering::Relaxed)));
     thread::scope(|scope| {
         // It goes when this closure ends: no worker waits for a taker that is gone.

@@ -254,6 +254,11 @@ fn rows<'a>(
     metrics: impl IntoIterator<Item = &'a str>,
 ) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + 'a, MonteCarloError> {
     let mut table = TableReader::<RunRow>::with_columns(path.clone(), columns(metrics))?;
+    let (rows, flown) = (table.rows(), batch.flown().end - batch.flown().start);
+    if rows != flown {
+        let what = format!("it has {rows} rows, the batch {flown} runs");
+        return Err(RecordError::damaged(&path, what).into());
+    }
     let mut runs = batch.flown();
     Ok(std::iter::from_fn(move || {
         let row = match table.next_row() {

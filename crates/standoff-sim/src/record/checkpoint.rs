@@ -108,14 +108,14 @@ impl Checkpoint {
         let (last_us, mut rest) =
             head.filter(|_| crc32fast::hash(told) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
         let mut tables = Vec::new();
-        while !rest.is_empty() {
+        while !rest.is_empty() && tables.len() < TIMED.len() {
             let at = told.len() - rest.len();
             let (table, after) = guarded(|| split_table(rest, at)).map_err(|e| RecordError::parquet_read(&path, e))?;
             tables.push(table);
             rest = after;
         }
-        if ![0, TIMED.len()].contains(&tables.len()) {
-            return Err(RecordError::damaged(&path, format!("it has {} tables", tables.len())));
+        if ![0, TIMED.len()].contains(&tables.len()) || !rest.is_empty() {
+            return Err(RecordError::damaged(&path, "it does not have the tables of a record"));
         }
         Ok(Self { file: Arc::new(file), last_us: i64::from_le_bytes(*last_us), tables })
     }

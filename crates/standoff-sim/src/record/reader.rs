@@ -6,14 +6,12 @@ use std::sync::Arc;
 use super::checkpoint::{self, Checkpoint};
 use super::folder::SCENARIO;
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
-use super::rows::{At, TargetRow, seconds};
+use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Manifest, RecordError};
 use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 
-/// Most rows of a table at one instant: detections, of 100 UAVs that see 10,000 targets.
-const MAX_AT_ONCE: usize = 1_000_000;
 /// Latest time, microseconds: 30 years.
 const MAX_TIME_US: i64 = 1_000_000_000_000_000;
 /// Most targets: as many as a traffic file may hold vehicles.
@@ -201,8 +199,9 @@ impl<R: Row> Merged<R> {
             if at.time_us < time_us {
                 return Err(self.stray(at.time_us));
             }
-            if rows.len() == MAX_AT_ONCE {
-                let what = format!("it has more than {MAX_AT_ONCE} rows at {} s", seconds(time_us));
+            let most = most_at_once(R::TABLE);
+            if rows.len() == most {
+                let what = format!("it has more than {most} rows at {} s", seconds(time_us));
                 return Err(RecordError::damaged(self.table.path(), what));
             }
             rows.push(at.row);

@@ -31,6 +31,17 @@ pub(super) struct At<R> {
     pub(super) row: R,
 }
 
+/// Most rows of a table at one instant. Work on an instant takes UAVs by groups, or by one another; a scenario has up to
+/// 100 of both. Detections: of that many UAVs that see 10,000 targets.
+pub(super) fn most_at_once(table: &str) -> usize {
+    match table {
+        "uavs" | "groups" => 100,
+        "events" => 50_000,
+        "detections" => 1_000_000,
+        _ => 100_000,
+    }
+}
+
 /// Makes a row of a struct: one column per field, named as the field, in this order.
 macro_rules! table {
     ($name:literal, $row:ident: $($field:ident),+ $(,)?) => {
@@ -196,7 +207,8 @@ impl Scalar for f64 {
     }
 
     fn decode(cell: Self) -> Result<Self, What> {
-        cell.is_finite().then_some(cell).ok_or(What::NotFinite)
+        // Nothing of this world is larger, and what is made of it, squares and sums, stays finite.
+        (cell.abs() <= 1e100).then_some(cell).ok_or(What::NotFinite)
     }
 }
 

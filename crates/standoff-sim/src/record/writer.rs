@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::checkpoint;
 use super::folder::{self, Growing, MANIFEST, SCENARIO};
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
-use super::rows::{At, TargetRow, seconds};
+use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableWriter, file_of};
 use super::{FORMAT, Manifest, RecordError};
 use crate::disk::{PARTIAL, beside};
@@ -143,6 +143,20 @@ impl Writer {
         }
         if self.last_us.is_some_and(|last| last >= time_us) {
             return Err(bad_frame(time_us, "it is not later than the one before"));
+        }
+        let rows = [
+            (UavRow::TABLE, frame.uavs.len()),
+            (TruthRow::TABLE, frame.truth.len()),
+            (TrackRow::TABLE, frame.tracks.len()),
+            (GroupRow::TABLE, frame.groups.len()),
+            (DetectionRow::TABLE, frame.detections.len()),
+            (EventRow::TABLE, frame.events.len()),
+        ];
+        if rows.into_iter().any(|(table, rows)| rows > most_at_once(table)) {
+            return Err(bad_frame(
+                time_us,
+                "it has more UAVs, groups, targets, detections or events than can be read again",
+            ));
         }
         put(&mut self.uavs, time_us, &frame.uavs)?;
         put(&mut self.truth, time_us, &frame.truth)?;

@@ -28,6 +28,9 @@ const SIGNS_MAX: u64 = 200_000;
 /// So many times as much a text may have in which the program has spelt everything out.
 pub(crate) const SPELT_OUT: u64 = 2;
 
+/// Deepest key: that of a number's distribution in an array.
+const DEPTH_MAX: usize = 6;
+
 /// What the command line changes about a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Edits {
@@ -99,7 +102,7 @@ impl Typed {
             // A ring of the scenario's own size would mean nothing over other targets.
             remove(&mut table, "uavs", &["ring", "at"]);
             let file = traffic.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            table.insert("about".to_owned(), Value::String(format!("UAVs over {file}")));
+            table.insert("about".to_owned(), Value::String(format!("UAVs over {}", words(&file))));
             let file = Value::String(traffic.to_string_lossy().into_owned());
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
             traffic_from = Some(PathBuf::new());
@@ -342,6 +345,9 @@ fn value_of(text: &str) -> Value {
 fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     let refuse = |what: &str| Err(format!("{}: {what}", words(key)));
     let mut parts: Vec<_> = key.split('.').collect();
+    if parts.len() > DEPTH_MAX {
+        return refuse("is nested too deeply");
+    }
     let Some(last) = parts.pop().filter(|last| !last.is_empty()) else { return refuse("is not a key") };
     let mut here = table;
     for part in parts {

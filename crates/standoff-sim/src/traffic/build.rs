@@ -3,7 +3,7 @@
 use standoff::math;
 use std::collections::BTreeMap;
 
-use super::limit::{MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
+use super::limit::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
 use super::value::seconds;
 use super::vehicle::{Sample, Vehicle};
 use super::{Options, Origin, Traffic};
@@ -84,6 +84,7 @@ impl Builder {
             self.vehicles.into_iter().map(|(name, samples)| Vehicle::new(name, samples, gap_us)).collect();
         // The map gave them by name, and the sort is stable.
         vehicles.sort_by_key(Vehicle::first_us);
+        check_crowd(&vehicles)?;
         Ok(Traffic {
             begin_us: vehicles.iter().map(Vehicle::first_us).min().unwrap_or(first.time_us),
             end_us: vehicles.iter().map(Vehicle::last_us).max().unwrap_or(first.time_us),
@@ -91,6 +92,24 @@ impl Builder {
             origin,
         })
     }
+}
+
+/// Refuses more vehicles at one time than can be flown over; they are given in the order of their first times.
+fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
+    let mut last_us: Vec<i64> = vehicles.iter().map(Vehicle::last_us).collect();
+    last_us.sort_unstable();
+    let mut gone = 0;
+    for (come, vehicle) in vehicles.iter().enumerate() {
+        let now_us = vehicle.first_us();
+        gone += last_us[gone..].iter().take_while(|last_us| **last_us < now_us).count();
+        if come + 1 - gone > MAX_AT_ONCE {
+            let time_s = seconds(now_us);
+            return Err(format!(
+                "there are more than {MAX_AT_ONCE} vehicles at time = {time_s} s; at most {MAX_AT_ONCE}; cut out a smaller area"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// 2.5 typical steps of a vehicle, at least 1 s.
