@@ -87,16 +87,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Some(out) => out.clone(),
         None => Path::new("standoff-out").join(format!("{}-{}", scenario.name, scenario.seed)),
     };
-    match occupancy(&out) {
-        Occupancy::Free => {}
-        Occupancy::OlderRun => note(&format!("note: replacing the older run in {}", out.display())),
-        Occupancy::Other => {
-            let what = "holds something other than a run; choose another folder with --out";
-            return Err(Failure::Input(format!("{}: {what}", out.display())));
-        }
+    let there = occupancy(&out);
+    if there == Occupancy::Other {
+        let what = "holds something other than a run; choose another folder with --out";
+        return Err(Failure::Input(format!("{}: {what}", out.display())));
     }
     let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
+    if there == Occupancy::OlderRun {
+        note(&format!("note: replacing the older run in {}", out.display()));
+    }
     let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
     let flown = fly(&scenario, &out, &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));

@@ -29,7 +29,7 @@ const IMPROVEMENTS: [Improvement; 10] = [
     },
     Improvement { name: "lead scheduled to k_l r_d / v", set: &["guidance.lead=scheduled"], undo: &[] },
     Improvement {
-        name: "the same, to the spread as it will be then",
+        name: "lead predicted: scheduled, to the spread as it will be then",
         set: &["guidance.lead=predicted"],
         undo: &["guidance.lead=constant"],
     },

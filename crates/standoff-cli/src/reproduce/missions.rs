@@ -27,8 +27,9 @@ const BASIC: &str = "paper/figure-9-basic";
 const APART_DEG: f64 = 5.0;
 
 /// Why a target gets out of view, rarely: checked in the runs in which one does.
-const ORBIT_GROWS: &str = "while the manoeuvring target drives off, before its handoff, the orbit has to grow faster than \
-                           the UAVs follow: the angle peaks near 24 s, and now and then it passes the limit";
+const ORBIT_GROWS: &str = "when a target is requested or handed over, the centroid jumps before the orbit has grown: by a \
+                           degree where once, by more where a target is handed over twice within a minute and a UAV \
+                           flies over members on its way in (docs/limits.md)";
 
 /// A claim that the paper shows in one run.
 fn always(what: impl Into<String>, held: &[bool], reason: &'static str) -> Claim {

@@ -15,8 +15,8 @@ pub(crate) fn page(studies: &[Study], plan: &Plan) -> String {
          <!-- Written by `cargo run --release -- reproduce {} --page docs/validation.md`: do not edit. -->\n\n\
          What the paper says beside what comes out here; a claim that does not come out stays, with the reason where \
          one is known.\n\
-         Everything on this page is measured by `{command}`, which also writes the numbers behind every figure as \
-         CSV.\n\n",
+         Everything on this page is measured by `{command}`, which also writes the numbers behind the histories \
+         and tables as CSV.\n\n",
         options(plan),
     );
     text += &summary(studies);

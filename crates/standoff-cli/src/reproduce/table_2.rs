@@ -154,7 +154,7 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
     found.data.push(every_run("table-2", plan, &columns));
     for (name, edits) in OVERCONFIDENT {
         let columns = fly(edits)?;
-        let edits: Vec<String> = edits.iter().map(|edit| format!("`--set {edit}`")).collect();
+        let edits: Vec<String> = edits.iter().map(|edit| format!("`--set '{edit}'`")).collect();
         let title = format!("The same with an overconfident filter, {}:", edits.join(" "));
         found.tables.push(side_by_side(&title, &columns));
         found.data.push(every_run(name, plan, &columns));

@@ -42,7 +42,10 @@ pub enum RecordError {
         dir: PathBuf,
     },
     /// The folder holds no record.
-    #[error("{} is not a record: it holds no run.json; name a folder that standoff wrote", text::path(dir))]
+    #[error(
+        "{} is not a record: it holds no run.json; name a folder that standoff run wrote (standoff view opens those of many runs)",
+        text::path(dir)
+    )]
     NotARecord {
         /// The folder.
         dir: PathBuf,

@@ -227,6 +227,9 @@ fn on_command_line(message: String, text: &Arc<str>) -> Problem {
 
 fn read(name: &str) -> Result<String, ScenarioError> {
     let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
+    if [".csv", ".xml", ".gz"].iter().any(|ending| name.to_lowercase().ends_with(ending)) {
+        return refuse("is no scenario by its name; fly over traffic with standoff run --traffic FILE");
+    }
     let bytes = match input::bytes(Path::new(name), LENGTH_MAX) {
         Ok(bytes) => bytes,
         Err(reason) if reason.kind() == io::ErrorKind::NotFound && Path::new(name).extension().is_none() => {

@@ -81,7 +81,8 @@ pub(super) fn check_name(key: &str, name: &str) -> Result<(), String> {
     if (1..=200).contains(&length) {
         return Ok(());
     }
-    Err(format!("{key} = {} has {length} characters; 1 to 200; give the vehicle a shorter name", quoted(name)))
+    let advice = if length == 0 { "a name" } else { "a shorter name" };
+    Err(format!("{key} = {} has {length} characters; 1 to 200; give the vehicle {advice}", quoted(name)))
 }
 
 #[cfg(test)]
