@@ -2,7 +2,6 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
-use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
@@ -33,21 +32,18 @@ impl Failure {
     /// Says it, and gives the exit status.
     pub(crate) fn told(&self) -> u8 {
         match self {
-            Self::Input(message) => {
-                note(&format!("error: {message}"));
-                2
-            }
+            Self::Input(message) | Self::Running(message) => note(&format!("error: {message}")),
             Self::Scenario(ScenarioError { problems }) => {
                 problems.iter().for_each(|problem| say(&drawn(problem)));
                 if problems.len() >= MISTAKES_MAX {
                     note("there may be more: reading ends after so many mistakes");
                 }
-                2
             }
-            Self::Running(message) => {
-                note(&format!("error: {message}"));
-                1
-            }
+            Self::NobodyListens => {}
+        }
+        match self {
+            Self::Input(_) | Self::Scenario(_) => 2,
+            Self::Running(_) => 1,
             Self::NobodyListens => 0,
         }
     }
@@ -59,13 +55,11 @@ fn drawn(problem: &Problem) -> String {
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
     // Only its own lines: the text may be large, and every mistake draws from it.
-    let Range { start, end } = excerpt.span;
-    let from = excerpt.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
-    let to = excerpt.text[end..].find('\n').map_or(excerpt.text.len(), |newline| end + newline);
-    let typed = Snippet::source(&excerpt.text[from..to])
+    let (lines, span) = excerpt.lines();
+    let typed = Snippet::source(lines)
         .line_start(problem.place.map_or(1, |place| place.line))
         .path(text::escaped(&problem.file))
-        .annotation(AnnotationKind::Primary.span(start - from..end - from));
+        .annotation(AnnotationKind::Primary.span(span));
     let told = Level::ERROR.primary_title(problem.message.as_str()).element(typed);
     let help = problem.help.as_deref().map(|help| Level::HELP.message(help));
     renderer.render(&[told.elements(help)])

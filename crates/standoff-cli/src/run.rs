@@ -83,6 +83,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for warning in &scenario.warnings {
         note(&format!("warning: {warning}"));
     }
+    let rows = World::rows(&scenario);
+    if rows > MAX_ROWS {
+        let what = "choose a shorter duration_s, a longer period_s or fewer targets, or standoff monte-carlo, which keeps no record";
+        return Err(Failure::Input(format!(
+            "the record could have {rows} rows of targets; at most {MAX_ROWS}: {what}"
+        )));
+    }
     let out = match &args.out {
         Some(out) => out.clone(),
         None => Path::new("standoff-out").join(format!("{}-{}", scenario.name, scenario.seed)),
@@ -165,13 +172,6 @@ fn fly(
 ) -> Result<Closed, Failure> {
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     let resolved = scenario.resolved().map_err(Failure::Scenario)?;
-    let rows = World::rows(scenario);
-    if rows > MAX_ROWS {
-        let what = "choose a shorter duration_s, a longer period_s or fewer targets, or standoff monte-carlo, which keeps no record";
-        return Err(Failure::Input(format!(
-            "the record could have {rows} rows of targets; at most {MAX_ROWS}: {what}"
-        )));
-    }
     let names = World::names(scenario);
     let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(Failure::running)?;
     if let Some(older) = writer.set_aside() {

@@ -38,6 +38,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use limit::MAX_AT_ONCE;
 pub use limit::{MAX_SAMPLES, MAX_TEXT, MAX_VEHICLES};
 pub use lines::Position;
 use lines::{Fault, Lines};

@@ -20,7 +20,7 @@ pub(super) const FORMAT: u64 = 1;
 /// Most runs of a batch: a journal of more would take longer to read than a person waits.
 const MAX_RUNS: u64 = 100_000_000;
 
-/// Most metrics of a batch; this version has some sixty.
+/// Most metrics of a batch; this version has 29.
 const MAX_METRICS: usize = 200;
 
 /// Everything that determines the rows of a batch: two that are equal give the same bytes.

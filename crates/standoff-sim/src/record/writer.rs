@@ -144,20 +144,6 @@ impl Writer {
         if self.last_us.is_some_and(|last| last >= time_us) {
             return Err(bad_frame(time_us, "it is not later than the one before"));
         }
-        let rows = [
-            (UavRow::TABLE, frame.uavs.len()),
-            (TruthRow::TABLE, frame.truth.len()),
-            (TrackRow::TABLE, frame.tracks.len()),
-            (GroupRow::TABLE, frame.groups.len()),
-            (DetectionRow::TABLE, frame.detections.len()),
-            (EventRow::TABLE, frame.events.len()),
-        ];
-        if rows.into_iter().any(|(table, rows)| rows > most_at_once(table)) {
-            return Err(bad_frame(
-                time_us,
-                "it has more UAVs, groups, targets, detections or events than can be read again",
-            ));
-        }
         put(&mut self.uavs, time_us, &frame.uavs)?;
         put(&mut self.truth, time_us, &frame.truth)?;
         put(&mut self.tracks, time_us, &frame.tracks)?;
@@ -305,6 +291,12 @@ fn table<R: Row>(partial: &Partial) -> Result<TableWriter<R>, RecordError> {
 }
 
 fn put<R: Row + Clone>(table: &mut TableWriter<At<R>>, time_us: i64, rows: &[R]) -> Result<(), RecordError> {
+    if rows.len() > most_at_once(R::TABLE) {
+        return Err(bad_frame(
+            time_us,
+            "it has more UAVs, groups, targets, detections or events than can be read again",
+        ));
+    }
     rows.iter().cloned().try_for_each(|row| table.push(&At { time_us, row }))
 }
 

@@ -9,15 +9,16 @@ use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::KEYS;
+use crate::traffic;
 
 /// Longer missions than this are refused: a record of them would fill the disk.
 const TICKS_MAX: f64 = 10_000_000.0;
 
 /// Most targets of a scenario that come from no traffic file.
-pub(super) const TARGETS_MAX: u32 = 5_000;
+pub(super) const TARGETS_MAX: usize = traffic::MAX_AT_ONCE;
 
 /// Most outages, and most manoeuvres.
-const LISTED_MAX: u32 = 1_000;
+const LISTED_MAX: usize = 1_000;
 
 /// Longest line that says what a scenario shows, characters.
 const ABOUT_MAX: usize = 1_000;
@@ -109,7 +110,7 @@ pub(super) fn check_who(file: &mut ScenarioFile, problems: &mut Problems) {
         problems.check_start(&table, manoeuvre.numbers());
     }
     if let Some(scatter) = &mut targets.scatter {
-        let most = f64::from(TARGETS_MAX) - targets.at.len() as f64;
+        let most = TARGETS_MAX as f64 - targets.at.len() as f64;
         let count = Allowed::at_least(1.0).at_most(most.max(1.0)).because("5,000 targets in all");
         problems.check_whole("targets.scatter.count", value(&scatter.count), count);
         problems.check_start("targets.scatter", scatter.numbers());
@@ -190,8 +191,8 @@ impl Problems {
     }
 
     /// How many tables an array has.
-    fn check_many(&mut self, key: &str, tables: usize, most: u32) {
-        if tables > most as usize {
+    fn check_many(&mut self, key: &str, tables: usize, most: usize) {
+        if tables > most {
             self.add(
                 key.to_owned(),
                 format!("must be at most {most}, not {tables}; many targets belong in a traffic file"),

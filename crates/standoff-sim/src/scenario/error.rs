@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::locate::Place;
+use super::locate::{Place, line_around};
 use crate::text::escaped;
 use crate::traffic::TrafficError;
 
@@ -37,6 +37,16 @@ pub struct Excerpt {
     pub text: Arc<str>,
     /// The part, in bytes, at the borders of characters.
     pub span: Range<usize>,
+}
+
+impl Excerpt {
+    /// The lines on which it is, and the part in them, in bytes.
+    pub fn lines(&self) -> (&str, Range<usize>) {
+        let Range { start, end } = self.span;
+        let from = *line_around(&self.text, start).start();
+        let to = *line_around(&self.text, end).end();
+        (&self.text[from..to], start - from..end - from)
+    }
 }
 
 impl ScenarioError {

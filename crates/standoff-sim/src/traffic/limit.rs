@@ -13,7 +13,7 @@ pub const MAX_SAMPLES: usize = 5_000_000;
 pub const MAX_VEHICLES: usize = 100_000;
 
 /// Most vehicles at one time, as many as a scenario may have targets: at the start each is weighed against all others.
-pub(super) const MAX_AT_ONCE: usize = 5_000;
+pub(crate) const MAX_AT_ONCE: usize = 5_000;
 
 /// Longest XML element or CSV row, bytes: one of SUMO has some 150.
 pub(super) const MAX_PIECE: usize = 1 << 20;

@@ -287,6 +287,7 @@ impl Settling<'_> {
     ///
     /// Implements section IV.B.2 and section IV.B.2, convergence rule.
     fn discard(&mut self) {
+        // Only groups of several let one go, so that the list of groups stays as it is.
         for place in 0..self.group_ids() {
             let id = self.buffers.groups[place];
             let limit_m2_s = -self.params.group.convergence_limit_m2_s;
