@@ -261,6 +261,8 @@ fn a_track_of_a_target_that_never_accelerates_is_kept_for_hours() {
         track.advance(&transition, &[look], |_, _| true, &params);
         assert_eq!(track.status, TrackStatus::Held, "step {step}");
     }
+    // What it knows can still be told in either form.
+    assert!(InformationFilter::new(*track.estimate()).is_some(), "{:?}", track.estimate());
 }
 
 /// So many steps of one filter per thread, each with a world of its own; how many of the covariances on the way, looked at
