@@ -20,6 +20,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use failure::Failure;
+use standoff_sim::text;
 
 /// UAVs keep groups of moving ground vehicles in view: coordinated standoff tracking, simulated.
 ///
@@ -92,8 +94,29 @@ Examples:
 
 Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
 
+/// Longest argument, bytes: as long as a path may be. Messages repeat arguments.
+const ARGUMENT_MAX: usize = 4096;
+
 fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    done().map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
+}
+
+fn done() -> Result<(), Failure> {
+    if let Some(long) = std::env::args_os().find(|argument| argument.len() > ARGUMENT_MAX) {
+        let (shown, bytes) = (text::quoted(&long.to_string_lossy()), long.len());
+        let limit = format!("at most {ARGUMENT_MAX}: long values belong in a scenario file");
+        return Err(Failure::Input(format!("{shown}: an argument of {bytes} bytes; {limit}")));
+    }
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // It repeats arguments as they are.
+        Err(misused) if misused.use_stderr() => {
+            let told = misused.render().to_string();
+            return Err(Failure::Input(told.trim_start_matches("error: ").trim_end().to_owned()));
+        }
+        Err(help) => help.exit(),
+    };
+    match cli.command {
         None => run::run(&run::Args::default()),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::MonteCarlo(args)) => monte_carlo::run(&args),
@@ -105,6 +128,5 @@ fn main() -> ExitCode {
         Some(Command::Scenarios { schema: true, .. }) => scenarios::show_schema(),
         Some(Command::Scenarios { name, .. }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),
-    };
-    done.map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
+    }
 }

@@ -141,11 +141,26 @@ fn scenarios_with_too_much_of_something_are_refused_as_quickly() {
 #[test]
 fn keys_and_names_of_the_command_line_are_bounded() {
     let folder = tempfile::tempdir().unwrap();
-    let deep = format!("{}=1", vec!["a"; 60_000].join("."));
-    let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--set", &deep]);
+    let deep = format!("{}=1", vec!["a"; 2_000].join("."));
+    let many: Vec<_> = (0..5_000).flat_map(|n| ["--set".to_owned(), format!("x{n}")]).collect();
+    for (set, expected) in [(&["--set".to_owned(), deep][..], "is nested too deeply"), (&many, "there may be more")] {
+        let args = ["run", "tour/01-one-uav"].into_iter().chain(set.iter().map(String::as_str)).collect::<Vec<_>>();
+        let output = standoff(folder.path(), &args);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
+        assert!(message.contains(expected) && message.len() < 10_000, "{message}");
+    }
+    let long = "x\u{1b}".repeat(40_000);
+    for args in [["run", &long].as_slice(), &["compare", "a", &long], &["monte-carlo", "a", "--metrics", &long]] {
+        check_refused(folder.path(), args, &["\"x\\u{1b}x", "an argument of 80000 bytes; at most 4096"]);
+    }
+    let long = "\u{1b}".repeat(4_096);
+    check_refused(folder.path(), &["run", "tour/01-one-uav", "--traffic", &long], &["File name too long"]);
+    check_refused(folder.path(), &["show", &long], &["File name too long"]);
+    let output = standoff(folder.path(), &["run", "--seed", "\u{1b}[31m\u{202e}"]);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
-    assert!(message.contains("is nested too deeply"), "{message}");
+    assert!(message.starts_with(r"error: invalid value '\u{202e}' for '--seed <N>'"), "{message:?}");
     // Of a file, only what is in it counts.
     fs::write(folder.path().join("y\n\u{1b}z.csv"), CSV).unwrap();
     let output = standoff(folder.path(), &["run", "--traffic", "y\n\u{1b}z.csv", "--out", "o"]);

@@ -6,6 +6,9 @@ use std::path::Path;
 /// Most characters of a message's part that is not ours.
 const PART: usize = 200;
 
+/// Most characters of a line: enough for two paths and what is said about them.
+const LINE: usize = 1500;
+
 /// A value from a file, in quotes, on one line, and not too long.
 #[must_use]
 pub fn quoted(text: &str) -> String {
@@ -36,10 +39,20 @@ pub fn escaped(text: &str) -> String {
     shown
 }
 
-/// Lines without any other characters that upset a terminal: for what is shown as a whole.
+/// Lines without any other characters that upset a terminal: for what is shown as a whole. Of a very long line, the middle
+/// is left out.
 #[must_use]
 pub fn lines(text: &str) -> String {
-    text.split('\n').map(escaped).collect::<Vec<_>>().join("\n")
+    text.split('\n').map(|line| without_middle(escaped(line))).collect::<Vec<_>>().join("\n")
+}
+
+fn without_middle(line: String) -> String {
+    let half = LINE / 2;
+    if line.chars().count() <= LINE {
+        return line;
+    }
+    let end = line.char_indices().nth_back(half - 1).map_or("", |(end, _)| &line[end..]);
+    format!("{} ... {end}", cut(&line, half).0)
 }
 
 /// A path as messages name it.
@@ -68,6 +81,8 @@ mod tests {
         assert_eq!(words(&"x".repeat(9999)), "x".repeat(200) + "...");
         assert_eq!(words(&"\u{10ff00}".repeat(199)), r"\u{10ff00}".repeat(20) + "...");
         assert_eq!(lines("a\n\u{1b}b\n"), "a\n\\u{1b}b\n");
+        assert_eq!(lines(&"🚗".repeat(1500)), "🚗".repeat(1500));
+        assert_eq!(lines(&format!("a{}z", "é".repeat(9000))), format!("a{0} ... {0}z", "é".repeat(749)));
         assert_eq!(path(Path::new("o\u{1b}]0;title\u{7}/it's")), "o\\u{1b}]0;title\\u{7}/it's");
     }
 }

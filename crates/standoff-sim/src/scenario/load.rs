@@ -114,6 +114,9 @@ impl Typed {
             problems.extend(origin.edit(&mut table, given.0, given.1, &given.2));
         }
         for edit in &edits.set {
+            if problems.len() >= MISTAKES_MAX {
+                break;
+            }
             let text = format!("--set {edit}");
             problems.extend(match edit.split_once('=') {
                 Some((key, value)) => origin.edit(&mut table, key.trim(), value_of(value.trim()), &text),
