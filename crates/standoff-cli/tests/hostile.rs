@@ -202,6 +202,16 @@ fn utf_16(text: &str) -> Vec<u8> {
     text.encode_utf16().flat_map(u16::to_le_bytes).collect()
 }
 
+fn utf_32(text: &str) -> Vec<u8> {
+    text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect()
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
 #[test]
 fn traffic_that_is_no_traffic_is_refused() {
     let inside =
@@ -219,6 +229,14 @@ fn traffic_that_is_no_traffic_is_refused() {
         (b"t,id,x,y\n1,v\0,3,4\n".to_vec(), "f:2:4: a NUL byte"),
         (utf_16(XML), "f:1:1: is UTF-16 text; must be UTF-8; save"),
         (utf_16(&format!("\u{feff}{CSV}")), "f:1:1: is UTF-16 text"),
+        (utf_32(&format!("\u{feff}{CSV}")), "f:1:1: is UTF-32 text; must be UTF-8; save"),
+        (b"\x28\xb5\x2f\xfd\x24\x12\x91\0\0".to_vec(), "f: is packed with zstd; must be plain text or gzip; unpack it"),
+        (packed(&packed(CSV.as_bytes())), "f: is gzip within gzip; must be packed once; unpack it once, with gzip -d"),
+        (
+            b"t,id,x,y\n0,\"v,0,0\n1,\"v\",1,0\n".to_vec(),
+            "f:2:3: a quote opens here and is closed at 3:3, amid a field",
+        ),
+        (b"t,id,x,y\r0,v,0,0\r1,v,here,0\r".to_vec(), "f:3:5: vehicle \"v\": x = \"here\" is not a number"),
         (b"t,id,x,y\n1,\xff,3,4\n".to_vec(), "f:2:3: not text; must be UTF-8"),
         (XML.as_bytes()[..60].to_vec(), "f:3:1: not well-formed XML"),
         (
@@ -256,20 +274,44 @@ fn traffic_that_is_too_much_is_refused() {
         (attribute.as_bytes().to_vec(), "f:2:1: one XML element or CSV row is too long; at most 1 MiB"),
         (format!("<fcd-export>{}", "<a>".repeat(100_000)).into_bytes(), "nested too deeply; at most 50"),
         (format!("<fcd-export {}/>", "a=\"\" ".repeat(150_000)).into_bytes(), "holds no vehicles"),
-        (format!("{CSV}\"{}", "x".repeat(5_000_000)).into_bytes(), "f:4:1: one XML element or CSV row is too long"),
+        (format!("{CSV}{}", "x".repeat(5_000_000)).into_bytes(), "f:4:1: one XML element or CSV row is too long"),
         (format!("t,id,x,y{}\n", ",".repeat(900_000)).into_bytes(), "f: holds no vehicles"),
         (format!("t,id,x,y\n{}\n", ",".repeat(900_000)).into_bytes(), "f:2:1: fields = 900001; 4"),
-        (" ".repeat(5_000_000).into_bytes(), "f:1:1: one XML element or CSV row is too long"),
+        (" ".repeat(5_000_000).into_bytes(), "f:1:1: here are more than 1 MiB of blanks; at most so many"),
+        (
+            format!("{CSV}3,\"v,5,4\n{}", "4,w,5,4\n".repeat(500_000)).into_bytes(),
+            "f:4:3: a quote opens here and is not closed; quotes stand around a whole field; close it",
+        ),
+        (format!("{CSV}{}", "\n".repeat(5_000_000)).into_bytes(), "f:4:1: here are more than 1 MiB of blanks"),
+        (("\u{1b}".repeat(60) + ",").repeat(3000).into_bytes(), "f:1:1: no column for the time; found"),
+        (
+            format!("t,id,x,y\r{}", (0..100_000).map(|n| format!("{},v,{n},0\r", n % 99_999)).collect::<String>())
+                .into_bytes(),
+            "f:100001:1: vehicle \"v\": time = 0 s comes after 99998 s",
+        ),
     ] {
         check_traffic(&bytes, expected);
     }
 }
 
 #[test]
+fn traffic_of_years_is_flown_only_if_it_is_asked_for() {
+    let years = "t,id,x,y\n0,v,0,0\n1e9,v,1,0\n";
+    check_traffic(years.as_bytes(), "f: spans 1000000000 s; its times are 0 to 1000000000 s; at most 86400 s (a day)");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("f"), years).unwrap();
+    let output = standoff(folder.path(), &["run", "best/figure-9", "--traffic", "f", "--out", "o"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    let warning = "warning: the traffic goes on for 1000000000 s, duration_s = 100: the rest is not flown";
+    assert!(message.contains(warning), "{message}");
+}
+
+#[test]
 fn gzip_bombs_are_refused() {
     for (head, unit, expected) in [
         ("", "\0", "f:1:1: a NUL byte"),
-        ("", " ", "f:1:1: one XML element or CSV row is too long"),
+        ("", " ", "f:1:1: here are more than 1 MiB of blanks"),
         ("<fcd-export>\n<!--", "x", "f:2:1: one XML element or CSV row is too long"),
         ("<fcd-export>\n<a b=\"", "x", "f:2:1: one XML element or CSV row is too long"),
         ("<fcd-export>\n", "<a/>\n", "unpacks to more than 100 times its size"),

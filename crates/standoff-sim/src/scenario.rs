@@ -16,6 +16,7 @@ mod resolve;
 mod schema;
 mod start;
 mod team;
+mod traffic;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -202,7 +203,7 @@ impl Template {
 
     /// With the traffic file read. What is wrong in the scenario's form, in its ranges and in that file is told at once.
     fn with_traffic(typed: load::Typed) -> Result<Self, ScenarioError> {
-        let (traffic, mut problems) = match resolve::read_traffic(&typed) {
+        let (traffic, mut problems) = match traffic::read(&typed) {
             Ok(traffic) if typed.problems.is_empty() => return Ok(Self { typed, traffic: traffic.map(Arc::new) }),
             Ok(traffic) => (traffic, Vec::new()),
             Err(error) => (None, error.problems),

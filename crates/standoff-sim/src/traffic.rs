@@ -1,6 +1,7 @@
 //! Reads traffic recorded elsewhere (real or from a traffic simulator) as vehicles that move over time.
 //!
-//! Two kinds of file are read, plain or gzipped; the kind is told by the content, never by the name.
+//! Two kinds of file are read, plain or gzipped; the kind is told by the content, never by the name. Lines end with LF,
+//! CRLF or CR, all of which come to LF.
 //!
 //! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` holds `<timestep time>` (s, strictly increasing),
 //! which holds `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and latitude in degrees
@@ -9,6 +10,7 @@
 //!
 //! **CSV tracks**: a header names the columns (in any case, in any order; others are ignored), then one row per vehicle
 //! and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin with `#` are skipped.
+//! Quotes stand around a whole field.
 //!
 //! | what | column |
 //! |---|---|
@@ -27,7 +29,9 @@
 mod build;
 mod csv;
 mod fcd;
+mod kind;
 mod limit;
+mod line_ends;
 mod lines;
 mod source;
 mod value;

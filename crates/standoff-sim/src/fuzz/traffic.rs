@@ -42,12 +42,14 @@ const XML: [&str; 30] = [
     "<timestep time=\"9\"><vehicle id=\"v\" x=\"1\" y=\"2\"/></timestep>",
 ];
 
-const CSV: [&str; 22] = [
+const CSV: [&str; 24] = [
     ",",
     ",,",
     "\n",
     "\"",
     "\"\"",
+    "\r",
+    "\r\n",
     "# c\n",
     "t_s",
     "time",

@@ -164,7 +164,12 @@ fn take(
 impl Origin {
     /// The key was typed, in the file or on the command line.
     pub(super) fn is_typed(&self, map: &Map, key: &str) -> bool {
-        self.edited(key).is_some() || map.has(key)
+        self.is_edited(key) || map.has(key)
+    }
+
+    /// The key was given on the command line.
+    pub(super) fn is_edited(&self, key: &str) -> bool {
+        self.edited(key).is_some()
     }
 
     /// A problem with a key, pointing into the file or at the command line.

@@ -6,20 +6,19 @@ use std::sync::Arc;
 
 use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
-use super::builtin::BUILT_IN_TRAFFIC;
 use super::check::{Problems, check_about, check_settings, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
 use super::load::{SPELT_OUT, Typed, check_size};
-use super::locate::Map;
 use super::number::{Number, of, value};
 use super::team::team;
+use super::traffic::{check_span, length_warning};
 use super::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targets, start};
 use crate::draws::{Draws, Stream};
-use crate::traffic::{self, Traffic};
+use crate::traffic::Traffic;
 
 /// Table I's T_s, s.
-const PERIOD_S: f64 = 0.5;
+pub(super) const PERIOD_S: f64 = 0.5;
 
 /// Draws, fills in and checks.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
@@ -30,6 +29,8 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         None => random_targets(&mut file, draws),
     };
     let uavs = start::uavs(&mut file, &settings.team, &targets);
+    let mut warnings = warnings(&settings.team, settings.period);
+    warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
     let outages = file.uavs.outage.iter().map(|outage| Outage {
         uav: UavId(value(&outage.uav) as u32),
         from_s: value(&outage.from_s),
@@ -42,7 +43,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         uavs,
         outages: outages.collect(),
         targets,
-        warnings: warnings(&settings.team, settings.period),
+        warnings,
         settings,
         file,
     })
@@ -58,7 +59,7 @@ pub(super) fn checked(
     let mut problems = Problems::default();
     draw_numbers(&mut file, Draws::new(seed), &mut problems);
     if let Some(traffic) = traffic {
-        check_span(&file, traffic)?;
+        check_span(typed, &file, traffic)?;
     }
     fill_in(&mut file, traffic);
     let settings = settings(&file);
@@ -186,58 +187,6 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
             draw(format_args!("{key}"), number);
         }
     }
-}
-
-/// The traffic file, read through and checked.
-pub(super) fn read_traffic(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
-    let Some(table) = &typed.file.traffic else { return Ok(None) };
-    let refuse = |key: &str, message: String| {
-        Err(ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), key, message, None)))
-    };
-    if typed.file.targets.is_some() {
-        return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
-    }
-    if table.file.is_empty() {
-        return refuse("traffic", "traffic.file: missing; name SUMO floating-car data or CSV tracks".to_owned());
-    }
-    let gap_s = match &table.gap_s {
-        None => None,
-        Some(Number::Constant(gap_s)) => Some(*gap_s),
-        Some(_) => {
-            let what = "traffic.gap_s: must be a number; the file is read once for all seeds, nothing is drawn for it";
-            return refuse("traffic.gap_s", what.to_owned());
-        }
-    };
-    if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
-        return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
-    }
-    let options = traffic::Options {
-        coordinates: match table.coordinates {
-            file::Coordinates::Auto => traffic::Coordinates::Auto,
-            file::Coordinates::Metres => traffic::Coordinates::Metres,
-            file::Coordinates::Degrees => traffic::Coordinates::Degrees,
-        },
-        gap_s,
-    };
-    let path = typed.traffic_from.as_deref().unwrap_or(Path::new("")).join(&table.file);
-    let built_in = BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists());
-    let read = match built_in {
-        Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
-        None => traffic::read(&path, &options),
-    };
-    read.map(Some).map_err(ScenarioError::from)
-}
-
-/// A file shorter than one period is no mission.
-fn check_span(file: &ScenarioFile, traffic: &Traffic) -> Result<(), ScenarioError> {
-    let span_s = traffic.span_s();
-    let period_s = file.period_s.as_ref().map_or(PERIOD_S, value);
-    if file.duration_s.is_some() || span_s >= period_s {
-        return Ok(());
-    }
-    let name = file.traffic.as_ref().map_or_else(String::new, |traffic| traffic.file.clone());
-    let message = format!("spans {span_s} s; a mission needs at least one period_s of {period_s} s");
-    Err(ScenarioError::one(name, None, message))
 }
 
 /// Spells out every default that depends on something else.

@@ -1,5 +1,6 @@
 //! Reads tracks from CSV tables.
 
+mod quotes;
 mod table;
 
 use std::io::Read;
@@ -9,7 +10,7 @@ use super::lines::{Fault, Lines};
 use super::value::{self, Quantity};
 use super::vehicle::Sample;
 use super::{Coordinates, Options, Traffic};
-use crate::text::quoted;
+use crate::text::{quoted, words};
 use table::Table;
 
 const TIME: &[&str] = &["t_s", "time_s", "t", "time", "timestep_time"];
@@ -78,7 +79,7 @@ impl Columns {
             let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
             let message = format!(
                 "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas",
-                found.join(", "),
+                words(&found.join(", ")),
                 accepted.join(", ")
             );
             table.fault(0, message)
@@ -180,6 +181,14 @@ mod tests {
     }
 
     #[test]
+    fn a_header_is_not_repeated_at_length() {
+        for header in ["\u{1b}".repeat(60) + ",", "a,".to_string(), "x".repeat(5000) + ","] {
+            let error = error(&header.repeat(200));
+            assert!(error.starts_with("f.csv:1:1: no column for the time; found \"") && error.len() < 500, "{error}");
+        }
+    }
+
+    #[test]
     fn a_column_that_is_there_twice_is_refused() {
         let expected = "f.csv:1:8: column \"x\" is there twice";
         assert!(error("t,id,x,X,y\n0,v,1,2,3").starts_with(expected), "{}", error("t,id,x,X,y\n0,v,1,2,3"));
@@ -227,11 +236,36 @@ mod tests {
 
     #[test]
     fn a_row_may_not_be_too_long() {
-        let quote_left_open = format!("t,id,x,y\n0,\"v,0,0\n{}", "1,w,0,0\n".repeat(200_000));
-        let error = read(&quote_left_open).unwrap_err();
-        assert!(error.message.contains("at most 1 MiB"), "{error}");
+        let long = error(&format!("t,id,x,y\n0,{},0,0\n", "v".repeat(1 << 20)));
+        assert!(long.starts_with("f.csv:2:1: one XML element or CSV row is too long; at most 1 MiB"), "{long}");
+        let blank = error(&format!("t,id,x,y\n# c\n{}0,v,0,0\n", "\n".repeat(2 << 20)));
+        assert!(blank.starts_with("f.csv:3:1: here are more than 1 MiB of blanks"), "{blank}");
         let comments = format!("{}t,id,x,y\n0,v,0,0", "# long header comment\n".repeat(100_000));
         assert!(read(&comments).is_ok(), "comments are not part of a row");
+    }
+
+    #[test]
+    fn a_quote_that_is_not_closed_is_told_where_it_opens() {
+        let open = "f.csv:3:3: a quote opens here and is not closed; quotes stand around a whole field; close it";
+        for rest in ["2,v,0,0\n".to_string(), String::new(), "2,w,0,0\n".repeat(200_000)] {
+            let error = error(&format!("t,id,x,y\n0,v,0,0\n1,\"v,0,0\n{rest}"));
+            assert!(error.starts_with(open), "{error}");
+        }
+        let other = error("t,id,x,y\n0,v,0,0\n1,\"v,0,0\n2,\"v\",0,0\n3,v,0,0\n");
+        assert!(other.starts_with("f.csv:3:3: a quote opens here and is closed at 4:3, amid a field;"), "{other}");
+        assert!(error("t,\"id,x,y\n0,v,0,0\n").starts_with("f.csv:1:3: a quote opens here and is not closed"));
+        assert!(read("t,id,x,y,size\n0,\"v\" ,0,0,5\" long\n").is_ok(), "a quote within a field is a sign");
+    }
+
+    #[test]
+    fn lines_may_end_with_cr_alone() {
+        let rows: String = (0..50_000).map(|n| format!("{n},v,{n},0\r")).collect();
+        let traffic = read(&format!("# c\rt,id,x,y\r\r{rows}")).unwrap();
+        assert_eq!((traffic.vehicles.len(), traffic.end_us), (1, 49_999_000_000));
+        let wrong = error("t,id,x,y\r0,v,0,0\r\r# c\r1,v,here,0\r");
+        assert!(wrong.starts_with("f.csv:5:5: vehicle \"v\": x = \"here\" is not a number"), "{wrong}");
+        let mixed = error("t,id,x,y\r\n0,v,0,0\r1,v,here,0\n");
+        assert!(mixed.starts_with("f.csv:3:5: "), "{mixed}");
     }
 
     #[test]

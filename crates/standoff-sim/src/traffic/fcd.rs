@@ -321,6 +321,8 @@ mod tests {
         let error = read(&long).unwrap_err();
         assert!(error.message.contains("at most 1 MiB"), "{error}");
         assert_eq!(error.position.unwrap().line, 2);
+        let blank = read(&format!("<fcd-export>\n{}", " ".repeat(3 << 20))).unwrap_err();
+        assert!(blank.to_string().starts_with("f.xml:1:13: here are more than 1 MiB of blanks"), "{blank}");
         let name = "n".repeat(100_000);
         assert!(read(&format!("<fcd-export><{name}></fcd-export>")).unwrap_err().message.len() < 300);
         let deep = format!("<fcd-export>{}", "<a>".repeat(100_000));

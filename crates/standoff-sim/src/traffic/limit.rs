@@ -15,7 +15,7 @@ pub const MAX_VEHICLES: usize = 100_000;
 /// Most vehicles at one time, as many as a scenario may have targets: at the start each is weighed against all others.
 pub(crate) const MAX_AT_ONCE: usize = 5_000;
 
-/// Longest XML element or CSV row, bytes: one of SUMO has some 150.
+/// Longest XML element or CSV row, and most blanks at one place, bytes: an element of SUMO has some 150.
 pub(super) const MAX_PIECE: usize = 1 << 20;
 
 /// Deepest nesting of elements: SUMO's own files are three deep, and the XML reader remembers the name of every element

@@ -85,6 +85,8 @@ pub(super) struct Lines<R> {
     /// Where the piece began.
     begin: Position,
     left: usize,
+    /// Nothing else was in the piece so far.
+    is_blank: bool,
 }
 
 impl<R: Read> Lines<R> {
@@ -94,12 +96,14 @@ impl<R: Read> Lines<R> {
             position: Position::START,
             begin: Position::START,
             left: MAX_PIECE,
+            is_blank: true,
         }
     }
 
     /// Begins a piece and tells where.
     pub(super) fn begin(&mut self) -> Position {
         self.left = MAX_PIECE;
+        self.is_blank = true;
         self.begin = self.position;
         self.position
     }
@@ -138,7 +142,11 @@ impl<R: Read> BufRead for Lines<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         let text = self.inner.fill_buf()?;
         if self.left == 0 && !text.is_empty() {
-            let message = "one XML element or CSV row is too long; at most 1 MiB; is this a traffic file?";
+            let message = if self.is_blank {
+                "here are more than 1 MiB of blanks; at most so many at one place; is this a traffic file? remove them"
+            } else {
+                "one XML element or CSV row is too long; at most 1 MiB; is this a traffic file?"
+            };
             return Err(Fault::at(self.begin, message.to_string()).into());
         }
         Ok(&text[..text.len().min(self.left)])
@@ -147,6 +155,7 @@ impl<R: Read> BufRead for Lines<R> {
     fn consume(&mut self, count: usize) {
         let taken = self.inner.buffer().get(..count).unwrap_or_default();
         self.position = self.position.after(taken);
+        self.is_blank = self.is_blank && taken.iter().all(u8::is_ascii_whitespace);
         self.left = self.left.saturating_sub(count);
         self.inner.consume(count);
     }
@@ -183,5 +192,14 @@ mod tests {
         let fault = input_fault(None, &error);
         assert!(fault.message.contains("at most 1 MiB"));
         assert_eq!(fault.position, Some(Position::START), "where it begins");
+    }
+
+    #[test]
+    fn so_many_blanks_are_told_as_what_they_are() {
+        let blanks = |count| [vec![b'\n'; count], b"<a>".to_vec()].concat();
+        assert_eq!(Lines::new(&blanks(MAX_PIECE - 1)[..]).first_byte().unwrap(), Some(b'<'));
+        let fault = Lines::new(&blanks(MAX_PIECE)[..]).first_byte().unwrap_err();
+        assert_eq!(fault.position, Some(Position::START));
+        assert!(fault.message.starts_with("here are more than 1 MiB of blanks"), "{fault}");
     }
 }

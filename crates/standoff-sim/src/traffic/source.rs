@@ -1,15 +1,17 @@
-//! From the bytes of a traffic file to its text: unpacked, within bounds, UTF-8 without its mark.
+//! From the bytes of a traffic file to its text: unpacked, within bounds, UTF-8 without its mark, lines that end with LF.
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use flate2::read::MultiGzDecoder;
 
+use super::kind::{GZIP, HEAD, check_encoding, check_packing, check_unpacked};
 use super::limit::{DEFLATE_RATIO, DENSE_TEXT, MAX_IDLE, MAX_RATIO, MAX_TEXT};
-use super::lines::{Fault, Position, input_fault};
+use super::line_ends::LineEnds;
+use super::lines::{Fault, input_fault};
 use crate::input::size;
 
-const GZIP: [u8; 2] = [0x1f, 0x8b];
+const UTF_8_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Refuses a gzip file that says itself that it is too large, before anything of it is unpacked.
 pub(super) fn check_size(file: &mut File) -> Result<(), Fault> {
@@ -41,28 +43,29 @@ fn unpacked_size(file: &mut File) -> io::Result<Option<u64>> {
     Ok(bytes)
 }
 
-/// The text of a traffic file. Fails if it is empty or UTF-16; reading fails where it goes beyond a limit or holds a NUL.
+/// The text of a traffic file. Fails if it is empty, or packed or encoded in a way that is not read; reading fails where
+/// it goes beyond a limit or holds a NUL.
 pub(super) fn text<'a>(reader: impl Read + 'a) -> Result<Box<dyn Read + 'a>, Fault> {
-    let (magic, bytes) = peek(reader, 2)?;
-    if magic.is_empty() {
+    let (head, bytes) = peek(reader, HEAD)?;
+    if head.is_empty() {
         return Err(Fault::whole("is empty; must be SUMO FCD XML or CSV tracks".to_string()));
     }
-    let bytes = if magic == GZIP {
+    check_packing(&head)?;
+    let is_gzip = head.starts_with(GZIP);
+    let bytes = if is_gzip {
         Bytes::Gzip(Box::new(MultiGzDecoder::new(Counted { bytes, taken: 0, idle: 0 })))
     } else {
         Bytes::Plain(bytes)
     };
-    let (mark, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT }, 3)?;
-    match mark.as_slice() {
-        [0xEF, 0xBB, 0xBF] => text.get_mut().0.set_position(3),
-        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=255, ..] | [1..=255, 0, ..] => {
-            let message =
-                "is UTF-16 text; must be UTF-8; save the file as UTF-8, or convert it with iconv -f UTF-16 -t UTF-8";
-            return Err(Fault::at(Position::START, message.to_string()));
-        }
-        _ => {}
+    let (head, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT }, HEAD)?;
+    if is_gzip {
+        check_unpacked(&head)?;
     }
-    Ok(Box::new(WithoutNul { text, nul: false }))
+    check_encoding(&head)?;
+    if head.starts_with(UTF_8_MARK) {
+        text.get_mut().0.set_position(UTF_8_MARK.len() as u64);
+    }
+    Ok(Box::new(LineEnds::new(WithoutNul { text, nul: false })))
 }
 
 /// A reader whose first bytes were looked at.
@@ -189,7 +192,7 @@ mod tests {
 
     #[test]
     fn gzip_that_is_too_dense_for_traffic_is_refused() {
-        for (head, unit) in [("<fcd-export>", "<a/>"), ("t,id,x,y\n", "#\n"), ("t,id,x,y\n", "\n")] {
+        for (head, unit) in [("<fcd-export>", "<a/>"), ("t,id,x,y\n", "#\n")] {
             let error = refused(&bomb(head, unit, 2 * DENSE_TEXT as usize));
             assert!(error.message.starts_with("unpacks to more than 100 times its size (17 MiB from"), "{error}");
         }
@@ -226,17 +229,6 @@ mod tests {
         assert!(message.starts_with("its last bytes say that it unpacks to 600 MiB; at most 512 MiB"), "{message}");
         let message = message_with(1 << 18, 600 << 20);
         assert!(message.contains("gzip data"), "so little cannot become so much: {message}");
-    }
-
-    #[test]
-    fn utf_16_is_told_from_damage() {
-        for text in [CSV, "<fcd-export/>"] {
-            let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
-            let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
-            for bytes in [&little, &big, &[&b"\xFF\xFE"[..], &little].concat(), &[&b"\xFE\xFF"[..], &big].concat()] {
-                assert!(refused(bytes).to_string().starts_with("f:1:1: is UTF-16 text; must be UTF-8"));
-            }
-        }
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::io::{self, BufRead, Read};
 
 use csv::{ByteRecord, ReaderBuilder};
 
+use super::super::limit::MAX_PIECE;
 use super::super::lines::{Fault, Lines, Position, input_fault};
+use super::quotes::{self, Wrong};
 
 /// The rows, with the place of each field.
 pub(super) struct Table<R> {
@@ -23,16 +25,35 @@ impl<R: Read> Table<R> {
         }
     }
 
-    /// Goes to the next row; `false` at the end.
+    /// Goes to the next row; `false` at the end. Fails where the quotes of the row are not in pairs.
     pub(super) fn next_row(&mut self) -> Result<bool, Fault> {
         self.reader.get_mut().text.clear();
-        self.reader.read_byte_record(&mut self.row).map_err(|error| {
+        let read = self.reader.read_byte_record(&mut self.row);
+        let text = &self.reader.get_ref().text;
+        // A row may be too long because a quote in it is not closed.
+        if (read.is_ok() || text.len() >= MAX_PIECE) && text.contains(&b'"') {
+            self.check_quotes()?;
+        }
+        read.map_err(|error| {
             let position = self.reader.get_ref().lines.position();
             match error.into_kind() {
                 csv::ErrorKind::Io(error) => input_fault(Some(position), &error),
                 other => Fault::at(position, format!("not CSV: {other:?}")),
             }
         })
+    }
+
+    fn check_quotes(&self) -> Result<(), Fault> {
+        let RowText { start, text, .. } = self.reader.get_ref();
+        let place = |at: usize| start.after(&text[..at]);
+        let (open, what) = match quotes::fields(text).1 {
+            None => return Ok(()),
+            Some(Wrong::Open { open }) => (open, "is not closed".to_string()),
+            Some(Wrong::Amid { open, close }) => (open, format!("is closed at {}, amid a field", place(close))),
+        };
+        let advice =
+            "quotes stand around a whole field; close it before the comma, remove it, or write it twice within quotes";
+        Err(Fault::at(place(open), format!("a quote opens here and {what}; {advice}")))
     }
 
     /// Field `index` of this row.
@@ -44,12 +65,7 @@ impl<R: Read> Table<R> {
     /// A fault in field `index` of this row.
     pub(super) fn fault(&self, index: usize, message: String) -> Fault {
         let RowText { start, text, .. } = self.reader.get_ref();
-        let mut in_quotes = false;
-        let commas = text.iter().enumerate().filter(|&(_, &byte)| {
-            in_quotes ^= byte == b'"';
-            byte == b',' && !in_quotes
-        });
-        let begin = index.checked_sub(1).and_then(|comma| commas.map(|(at, _)| at + 1).nth(comma)).unwrap_or(0);
+        let begin = quotes::fields(text).0.get(index).copied().unwrap_or(0);
         Fault::at(start.after(&text[..begin]), message)
     }
 }
@@ -67,12 +83,23 @@ impl<R: Read> RowText<R> {
     /// Skips comments and blank lines, and begins a row behind them.
     fn begin_row(&mut self) -> io::Result<()> {
         loop {
+            self.skip_blank_lines()?;
             self.start = self.lines.begin();
-            match self.lines.fill_buf()?.first() {
-                Some(b'#') => while self.take_line(&mut [0; 512])?.last().is_some_and(|&byte| byte != b'\n') {},
-                Some(b'\n' | b'\r') => self.lines.consume(1),
-                _ => return Ok(()),
+            if self.lines.fill_buf()?.first() != Some(&b'#') {
+                return Ok(());
             }
+            while self.take_line(&mut [0; 512])?.last().is_some_and(|&byte| byte != b'\n') {}
+        }
+    }
+
+    fn skip_blank_lines(&mut self) -> io::Result<()> {
+        self.lines.begin();
+        loop {
+            let blank = self.lines.fill_buf()?.iter().take_while(|&&byte| byte == b'\n').count();
+            if blank == 0 {
+                return Ok(());
+            }
+            self.lines.consume(blank);
         }
     }
 

@@ -1,0 +1,177 @@
+//! The traffic file that a scenario names: read, and held to the mission's length.
+
+use std::path::{Path, PathBuf};
+
+use super::Settings;
+use super::builtin::BUILT_IN_TRAFFIC;
+use super::error::ScenarioError;
+use super::file::{self, ScenarioFile};
+use super::load::Typed;
+use super::locate::Map;
+use super::number::{Number, value};
+use super::resolve::PERIOD_S;
+use crate::text::quoted;
+use crate::traffic::{self, Traffic};
+
+/// Longest traffic that is flown to its end unasked, s. Recordings are of hours; what spans more than a day has a wrong
+/// time in it, and a file of two rows could fill a disk.
+const UNASKED_MAX_S: f64 = 86_400.0;
+
+/// Longest name of a traffic file, bytes: what Linux takes for a path.
+const NAME_MAX: usize = 4096;
+
+/// The traffic file, read through and checked.
+pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
+    let Some(table) = &typed.file.traffic else { return Ok(None) };
+    let refuse = |key: &str, message: String| {
+        Err(ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), key, message, None)))
+    };
+    if typed.file.targets.is_some() {
+        return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
+    }
+    if table.file.is_empty() {
+        return refuse("traffic", "traffic.file: missing; name SUMO floating-car data or CSV tracks".to_owned());
+    }
+    if table.file.len() > NAME_MAX {
+        let what = format!("traffic.file = {}: must be at most {NAME_MAX} bytes", quoted(&table.file));
+        return refuse("traffic.file", what);
+    }
+    let gap_s = match &table.gap_s {
+        None => None,
+        Some(Number::Constant(gap_s)) => Some(*gap_s),
+        Some(_) => {
+            let what = "traffic.gap_s: must be a number; the file is read once for all seeds, nothing is drawn for it";
+            return refuse("traffic.gap_s", what.to_owned());
+        }
+    };
+    if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
+        return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
+    }
+    let options = traffic::Options {
+        coordinates: match table.coordinates {
+            file::Coordinates::Auto => traffic::Coordinates::Auto,
+            file::Coordinates::Metres => traffic::Coordinates::Metres,
+            file::Coordinates::Degrees => traffic::Coordinates::Degrees,
+        },
+        gap_s,
+    };
+    let path = path(typed, table);
+    let built_in = BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists());
+    let read = match built_in {
+        Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
+        None => traffic::read(&path, &options),
+    };
+    read.map(Some).map_err(ScenarioError::from)
+}
+
+/// Where the file is looked for.
+fn path(typed: &Typed, table: &file::Traffic) -> PathBuf {
+    typed.traffic_from.as_deref().unwrap_or(Path::new("")).join(&table.file)
+}
+
+/// A file shorter than one period is no mission, and one that is far too long is none that somebody meant.
+pub(super) fn check_span(typed: &Typed, file: &ScenarioFile, traffic: &Traffic) -> Result<(), ScenarioError> {
+    let (Some(table), None) = (&file.traffic, &file.duration_s) else { return Ok(()) };
+    let span_s = traffic.span_s();
+    let period_s = file.period_s.as_ref().map_or(PERIOD_S, value);
+    let wrong = if span_s < period_s {
+        format!("a mission needs at least one period_s of {period_s} s")
+    } else if span_s > UNASKED_MAX_S {
+        let [begin_s, end_s] = [traffic.begin_us, traffic.end_us].map(|time_us| time_us as f64 / 1e6);
+        format!(
+            "its times are {begin_s} to {end_s} s; at most {UNASKED_MAX_S} s (a day) are flown unasked; correct a time, cut \
+             the file into parts, or say how long: --set duration_s=..."
+        )
+    } else {
+        return Ok(());
+    };
+    Err(ScenarioError::one(path(typed, table).to_string_lossy(), None, format!("spans {span_s} s; {wrong}")))
+}
+
+/// Says so if the traffic ends before the mission does, or goes on behind it: unless that was asked for on the command
+/// line.
+pub(super) fn length_warning(typed: &Typed, settings: &Settings, traffic: &Traffic) -> Option<String> {
+    // What is not given is as long as the traffic.
+    typed.file.duration_s.as_ref()?;
+    let (span_s, duration_s, period_s) = (traffic.span_s(), settings.duration.s(), settings.period.s());
+    if span_s <= duration_s - period_s {
+        let shortest_s = span_s.max(period_s);
+        return Some(format!(
+            "the traffic ends after {span_s} s, duration_s = {duration_s}: from then on there is nothing to track; \
+             --set duration_s={shortest_s} ends with it"
+        ));
+    }
+    if span_s < duration_s + period_s || typed.origin.is_edited("duration_s") {
+        return None;
+    }
+    let advice = if span_s > UNASKED_MAX_S {
+        "is a time in it wrong?".to_owned()
+    } else {
+        format!("--set duration_s={span_s} flies all of it")
+    };
+    Some(format!("the traffic goes on for {span_s} s, duration_s = {duration_s}: the rest is not flown; {advice}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::{Edits, Scenario};
+
+    /// Loads a scenario over a car that is there from 0 s to `until_s`.
+    fn load(scenario: &str, until_s: f64, set: &[&str]) -> Result<Scenario, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("cars.csv");
+        fs::write(&file, format!("t,id,x,y\n0,a,0,0\n{until_s},a,1,0\n")).unwrap();
+        let set = set.iter().map(|&set| set.to_owned()).collect();
+        let edits = Edits { traffic: Some(file.clone()), set, ..Edits::default() };
+        let loaded = Scenario::load(scenario, &edits, 1);
+        loaded.map_err(|error| error.to_string().replace(&file.display().to_string(), "cars.csv"))
+    }
+
+    fn warnings(until_s: f64, set: &[&str]) -> Vec<String> {
+        load("best/figure-9", until_s, set).unwrap().warnings
+    }
+
+    #[test]
+    fn traffic_of_a_day_is_flown_and_of_more_only_if_asked_for() {
+        assert_eq!(load("traffic/convoy", 86_400.0, &[]).unwrap().settings.duration.s(), 86_400.0);
+        let expected = "cars.csv: spans 1000000000 s; its times are 0 to 1000000000 s; at most 86400 s (a day) are flown \
+                        unasked; correct a time, cut the file into parts, or say how long: --set duration_s=...";
+        assert_eq!(load("traffic/convoy", 1e9, &[]).unwrap_err(), expected);
+        assert!(load("traffic/convoy", 86_400.5, &[]).is_err());
+        assert_eq!(load("traffic/convoy", 1e9, &["duration_s=100000"]).unwrap().settings.duration.s(), 1e5);
+    }
+
+    #[test]
+    fn traffic_of_another_length_than_the_mission_is_told() {
+        let ends = "the traffic ends after 60 s, duration_s = 100: from then on there is nothing to track; \
+                    --set duration_s=60 ends with it";
+        assert_eq!(warnings(60.0, &[]), [ends]);
+        let goes_on = "the traffic goes on for 309.5 s, duration_s = 100: the rest is not flown; \
+                       --set duration_s=309.5 flies all of it";
+        assert_eq!(warnings(309.5, &[]), [goes_on]);
+        let far = &warnings(1e9, &[])[0];
+        assert!(far.ends_with("the rest is not flown; is a time in it wrong?"), "{far}");
+        let short = &warnings(0.25, &[])[0];
+        assert!(short.ends_with("--set duration_s=0.5 ends with it"), "no mission is shorter than a period: {short}");
+    }
+
+    #[test]
+    fn traffic_is_not_told_of_if_its_length_is_the_missions_or_was_asked_for() {
+        assert_eq!(warnings(100.25, &[]), [""; 0], "within a period");
+        assert_eq!(warnings(99.75, &[]), [""; 0], "within a period");
+        assert_eq!(warnings(309.5, &["duration_s=40"]), [""; 0]);
+        assert_eq!(warnings(60.0, &["duration_s=70"]).len(), 1, "more than there is cannot be had by asking");
+        for scenario in ["traffic/convoy", "traffic/city"] {
+            assert_eq!(Scenario::load(scenario, &Edits::default(), 1).unwrap().warnings, [""; 0]);
+        }
+    }
+
+    #[test]
+    fn the_name_of_a_traffic_file_is_not_repeated_at_length() {
+        let edits = Edits { traffic: Some("x".repeat(100_000).into()), ..Edits::default() };
+        let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
+        assert!(error.contains("traffic.file = \"xxx") && error.len() < 1000, "{error}");
+    }
+}
