@@ -79,6 +79,7 @@ fn scenarios_that_are_none_are_refused() {
     check_scenario(&vec![0; 1000], &["f.toml:1:1"]);
     check_scenario(&utf_16("duration_s = 3"), &["UTF-16 text", "save it again"]);
     check_scenario(&[b"\xff\xfe".as_slice(), &utf_16("a = 3")].concat(), &["UTF-16 text"]);
+    check_scenario(&[b"\xff\xfe\0\0".as_slice(), &utf_32("a = 3")].concat(), &["UTF-32 text"]);
     check_scenario(&vec![b' '; 5 << 20], &["it has 5120 KiB; at most 2048 KiB"]);
     check_scenario(&with(&format!("about = {}", "x".repeat(2_000_000))), &["f.toml:1:9", "not a value"]);
     check_scenario(&with(&format!("{} = 3", "x".repeat(2_000_000))), &["there is no such key", "xxx..."]);

@@ -10,8 +10,8 @@ use std::path::Path;
 pub(crate) fn open(path: &Path, most: u64) -> io::Result<File> {
     let found = fs::metadata(path)?;
     if !found.is_file() {
-        let what = if found.is_dir() { "it is a folder" } else { "it is a pipe or a device" };
-        return Err(io::Error::other(format!("{what}, not a file")));
+        let pipe = "it is a pipe or a device, not a file; write what it gives to a file";
+        return Err(io::Error::other(if found.is_dir() { "it is a folder, not a file" } else { pipe }));
     }
     if found.len() > most {
         return Err(too_large(found.len(), most));
@@ -30,6 +30,17 @@ pub(crate) fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// The text of a file that has at most `most` bytes.
 pub(crate) fn text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(bytes(path, most)?).map_err(|_| io::Error::other("it is not UTF-8 text"))
+}
+
+/// The encoding of text in units of two or four bytes, by its first eight bytes: with a mark or without.
+pub(crate) fn wide_encoding(head: &[u8]) -> Option<&'static str> {
+    match head {
+        // The mark of UTF-32 begins as that of UTF-16 does.
+        [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => Some("UTF-32"),
+        [1..=255, 0, 0, 0, 1..=255, 0, 0, 0, ..] | [0, 0, 0, 1..=255, 0, 0, 0, 1..=255, ..] => Some("UTF-32"),
+        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=255, ..] | [1..=255, 0, ..] => Some("UTF-16"),
+        _ => None,
+    }
 }
 
 fn too_large(bytes: u64, most: u64) -> io::Error {
@@ -67,7 +78,10 @@ mod tests {
         assert_eq!(open(home.path(), 9).unwrap_err().to_string(), "it is a folder, not a file");
         assert_eq!(open(&home.path().join("none"), 9).unwrap_err().kind(), io::ErrorKind::NotFound);
         #[cfg(unix)]
-        assert_eq!(open(Path::new("/dev/zero"), 9).unwrap_err().to_string(), "it is a pipe or a device, not a file");
+        assert_eq!(
+            open(Path::new("/dev/zero"), 9).unwrap_err().to_string(),
+            "it is a pipe or a device, not a file; write what it gives to a file"
+        );
     }
 
     #[test]

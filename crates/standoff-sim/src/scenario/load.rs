@@ -252,8 +252,8 @@ fn read(name: &str) -> Result<String, ScenarioError> {
         }
         Err(reason) => return refuse(&format!("cannot be read: {reason}")),
     };
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.get(..2).is_some_and(is_half) {
-        return refuse("UTF-16 text; a scenario is a TOML file in UTF-8: save it again in that encoding");
+    if let Some(encoding) = input::wide_encoding(&bytes) {
+        return refuse(&format!("{encoding} text; a scenario is a TOML file in UTF-8: save it again in that encoding"));
     }
     match String::from_utf8(bytes) {
         // An editor's mark, no part of the text.
@@ -264,11 +264,6 @@ fn read(name: &str) -> Result<String, ScenarioError> {
             Err(ScenarioError::one(name, Some(place_of(&good, good.len())), what))
         }
     }
-}
-
-/// Two bytes as no TOML file in UTF-8 begins with, but every one in UTF-16 without a mark.
-fn is_half(bytes: &[u8]) -> bool {
-    bytes.contains(&0) && bytes != [0, 0]
 }
 
 /// What can be understood of a text, and what cannot: once a line.

@@ -1,6 +1,7 @@
 //! Tells by its first bytes what a file is that holds no text as it can be read.
 
 use super::lines::{Fault, Position};
+use crate::input::wide_encoding;
 
 /// So many first bytes tell.
 pub(super) const HEAD: u64 = 10;
@@ -50,13 +51,7 @@ fn packing(head: &[u8]) -> Option<(&'static str, &'static str)> {
 
 /// Refuses text in units of two or four bytes, by its first bytes: with a mark or without.
 pub(super) fn check_encoding(head: &[u8]) -> Result<(), Fault> {
-    let name = match head {
-        // The mark of UTF-32 begins as that of UTF-16 does.
-        [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => "UTF-32",
-        [1..=255, 0, 0, 0, 1..=255, 0, 0, 0, ..] | [0, 0, 0, 1..=255, 0, 0, 0, 1..=255, ..] => "UTF-32",
-        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=255, ..] | [1..=255, 0, ..] => "UTF-16",
-        _ => return Ok(()),
-    };
+    let Some(name) = wide_encoding(head) else { return Ok(()) };
     let message =
         format!("is {name} text; must be UTF-8; save the file as UTF-8, or convert it with iconv -f {name} -t UTF-8");
     Err(Fault::at(Position::START, message))
