@@ -76,6 +76,48 @@ inReport("each layer can be taken away and put back", {}, async (page) => {
   }
 });
 
+/** From now on, notes the labels of the newest picture: text, and the box that it covers. */
+async function noteLabels(page) {
+  await page.evaluate(() => {
+    const pen = CanvasRenderingContext2D.prototype;
+    const { fillText, fillRect } = pen;
+    // A picture begins with its ground.
+    pen.fillRect = function (...box) {
+      if (this.canvas.id === "map") window.labels = [];
+      fillRect.apply(this, box);
+    };
+    pen.fillText = function (text, x, y) {
+      const { width } = this.measureText(text);
+      if (this.canvas.id === "map") window.labels.push({ text, left: x, right: x + width, top: y - 5, bottom: y + 5 });
+      fillText.call(this, text, x, y);
+    };
+  });
+}
+
+/** The labels of the newest picture, without those of the scale. */
+async function labels(page) {
+  await painted(page);
+  return page.evaluate(() => window.labels.filter((label) => !/^(N|[\d.]+ k?m)$/.test(label.text)));
+}
+
+inReport("labels never lie on one another: where all is near, the less important are left out", {}, async (page) => {
+  const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  await noteLabels(page);
+  await goTo(page, 40);
+  const near = await labels(page);
+  for (let press = 0; press < 12; press++) await page.keyboard.press("-");
+  const far = await labels(page);
+  for (const shown of [near, far]) {
+    for (const [k, one] of shown.entries()) {
+      for (const other of shown.slice(0, k)) assert.ok(!overlap(one, other), `${one.text} lies on ${other.text}`);
+    }
+  }
+  const words = near.map((label) => label.text);
+  for (const id of record.ids("uavs")) assert.ok(words.includes(`UAV ${id}`), `UAV ${id} is among ${words}`);
+  for (const id of record.rows("groups", 40).keys()) assert.ok(words.includes(`group ${id}`), `group ${id} is among ${words}`);
+  assert.ok(far.length > 0 && far.length < near.length && far[0].text.startsWith("UAV"), `${far.map((label) => label.text)}`);
+});
+
 inReport("zoom keeps what is under the pointer, and fit shows all again", {}, async (page) => {
   const first = await camera(page);
   const [x, y] = [200, 150];

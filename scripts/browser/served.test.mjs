@@ -73,6 +73,14 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
   await page.waitForSelector("body[data-ready]");
   await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from, before);
 
+  // What is in the list of events stays there, while more is added.
+  await page.evaluate(() => document.getElementById("routine").click());
+  const listed = await page.evaluate(() => {
+    const { children } = document.getElementById("events");
+    children[0].dataset.read = "yes";
+    return children.length;
+  });
+
   // Who looks back stays there while the run goes on.
   await page.keyboard.press(" ");
   await page.keyboard.press("Home");
@@ -85,6 +93,8 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
   await page.waitForSelector("#outcome td[data-metric=position_error_m]", { state: "attached" });
   await page.waitForSelector("#live", { state: "hidden" });
   await page.waitForFunction(() => document.getElementById("clock").textContent === "100.0 s");
+  const events = await page.evaluate(() => [...document.getElementById("events").children].map((item) => item.dataset.read));
+  assert.ok(listed > 0 && events.length >= listed && events[0] === "yes", `${listed}, ${events.length}`);
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await run.end(), 0);

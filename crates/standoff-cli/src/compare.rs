@@ -12,7 +12,7 @@ use standoff_view::page;
 
 use crate::changes::Changes;
 use crate::failure::{Failure, note, print};
-use crate::monte_carlo::{failure, maybe, number};
+use crate::monte_carlo::{failure, maybe, name_width, number};
 use crate::outcome::Wanted;
 use crate::tell::save;
 
@@ -113,8 +113,9 @@ fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
 fn table(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
     let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each, the same draws for both, from seed {seed} on\n\n");
+    let width = name_width(metrics);
     text += &format!(
-        "{:33} {:>6} {:>9} {:>9} {:>10}  {:^22} {:>9}\n",
+        "{:width$} {:>6} {:>9} {:>9} {:>10}  {:^22} {:>9}\n",
         "metric", "n", "A", "B", "B - A", "95 % interval", "B smaller"
     );
     for (name, p) in metrics {
@@ -127,7 +128,7 @@ fn table(comparison: &Comparison) -> String {
             (true, Some(Better::B)) => "* B is better",
         };
         let line = format!(
-            "{name:33} {:>6} {:>9} {:>9} {:>10}  {interval:^22} {share:>9}  {mark}",
+            "{name:width$} {:>6} {:>9} {:>9} {:>10}  {interval:^22} {share:>9}  {mark}",
             p.n,
             maybe(p.mean_a),
             maybe(p.mean_b),

@@ -185,19 +185,25 @@ fn table(summary: &Summary, results: &Results) -> String {
     let (first, last) = (batch.seed_of(flown.start), batch.seed_of(flown.end - 1));
     let part = shard.map_or_else(String::new, |shard| format!(", shard {shard} of {}", count_runs(*runs)));
     let mut text = format!("{scenario}, {}, seeds {first} to {last}{part}\n\n", count_runs(flown.end - flown.start));
+    let width = name_width(metrics);
     text += &format!(
-        "{:33} {:>6} {:>9}  {:^21} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+        "{:width$} {:>6} {:>9}  {:^21} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
         "metric", "n", "mean", "95 % interval", "sd", "5 %", "median", "95 %", "max"
     );
     for (name, s) in metrics {
         let interval = s.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
-        text += &format!("{name:33} {:>6} {:>9}  {interval:^21}", s.n, maybe(s.mean));
+        text += &format!("{name:width$} {:>6} {:>9}  {interval:^21}", s.n, maybe(s.mean));
         for value in [s.sd, s.p5, s.p50, s.p95, s.max] {
             text += &format!(" {:>9}", maybe(value));
         }
         text += "\n";
     }
     text + &format!("\nresults in {}\n", results.dir().display())
+}
+
+/// How wide the column of the metrics' names is: most are short, and tables of the usual ones look alike.
+pub(crate) fn name_width<T>(metrics: &[(String, T)]) -> usize {
+    metrics.iter().map(|(name, _)| name.len()).fold(33, usize::max)
 }
 
 /// `200 runs`.

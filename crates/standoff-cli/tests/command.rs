@@ -269,3 +269,19 @@ fn where_there_is_no_room_for_the_page_the_record_is_kept() {
     assert!(shown.status.success(), "{}", text(&shown.stderr));
     assert!(folder.path().join("o/report.html").exists(), "it is made later");
 }
+
+#[test]
+fn columns_stay_in_line_however_long_a_metric_s_name_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for args in [["compare", "--set-b=guidance.lead_s=1"], ["monte-carlo", "--out=batch"]] {
+        let [command, option] = args;
+        let args = [command, "tour/02-two-uavs", option, "--runs=2", "--metrics=limits"];
+        let output = standoff(folder.path(), &args);
+        let table = text(&output.stdout);
+        let lines: Vec<&str> = table.lines().skip_while(|line| !line.starts_with("metric")).collect();
+        let end = lines[0].find(" n ").unwrap() + 2;
+        let rows: Vec<&&str> = lines[1..].iter().take_while(|line| !line.is_empty()).collect();
+        assert!(rows.iter().any(|row| row.starts_with("standoff_tracking_surprise_m_settled ")), "{table}");
+        assert!(rows.iter().all(|row| row[..end].ends_with(" 2") && row[end..].starts_with(' ')), "{table}");
+    }
+}

@@ -86,6 +86,8 @@ class Film {
     this.wanted = [];
     this.loading = false;
     this.ids = { uavs: [], groups: [] };
+    /** By group: which of the palette's colours it has. */
+    this.colours = new Map();
     this.done = false;
   }
 
@@ -105,6 +107,11 @@ class Film {
       const known = new Set(this.ids[name]);
       const added = half.tables[name].ids.filter((id) => !known.has(id));
       if (added.length) this.ids[name] = [...this.ids[name], ...added].sort((a, b) => a - b);
+    }
+    for (const [id, place] of half.tables.groups.places) {
+      const { columns, instants } = half.tables.groups;
+      const told = columns.get("colour").subarray(place * instants, (place + 1) * instants);
+      this.colours.set(id, told.find((colour) => !Number.isNaN(colour)));
     }
   }
 

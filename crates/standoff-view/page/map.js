@@ -20,6 +20,8 @@ const TRAIL_S = 60;
 const SIGMAS = Math.sqrt(5.991);
 /** More targets than this in sight have no names. */
 const MOST_NAMED = 60;
+/** Height of a line of text, px. */
+const LINE = 14;
 
 class MissionMap {
   constructor(canvas, film) {
@@ -31,6 +33,8 @@ class MissionMap {
     this.followed = null;
     this.ruler = null;
     this.fitted = false;
+    /** What the labels of a picture cover: left, top, right, bottom, px. */
+    this.taken = [];
   }
 
   /** Takes on the size of its place in the page; says whether that has changed. */
@@ -81,6 +85,7 @@ class MissionMap {
     pen.fillStyle = palette().ground;
     pen.fillRect(0, 0, this.camera.width, this.camera.height);
     pen.lineJoin = "round";
+    this.taken = [];
     pen.font = "12px system-ui, sans-serif";
     const paint = {
       grid: () => this.grid(pen),
@@ -300,7 +305,7 @@ class MissionMap {
         pen.lineWidth = 2.5;
         disc(pen, x, y, 12, false);
         pen.fillStyle = alarm;
-        pen.fillText("out of view", x + 15, y - 8);
+        this.label(pen, "out of view", x, y, 15, 8);
       }
     }
   }
@@ -327,30 +332,51 @@ class MissionMap {
     }
   }
 
+  /** What matters most comes first: where there is no room, names are left out. */
   names(pen, scene) {
-    pen.textBaseline = "middle";
+    const { camera } = this;
     pen.fillStyle = palette().ink;
     for (const uav of scene.uavs) {
-      const [x, y] = this.camera.at(uav.x_m, uav.y_m);
-      this.label(pen, `UAV ${uav.id}`, x + 15, y + 14);
+      if (camera.sees(uav.x_m, uav.y_m, 0)) this.label(pen, `UAV ${uav.id}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
     }
     for (const group of scene.groups) {
-      const [x, y] = this.camera.at(group.x_m, group.y_m);
-      this.label(pen, `group ${group.id}`, x + 8, y - 10);
+      if (camera.sees(group.x_m, group.y_m, 0)) this.label(pen, `group ${group.id}`, ...camera.at(group.x_m, group.y_m), 8, 10);
     }
-    const inSight = (scene.targets ?? []).filter((target) => target.tracked && this.camera.sees(target.x_m, target.y_m, 0));
+    const inSight = (scene.targets ?? []).filter((target) => target.tracked && camera.sees(target.x_m, target.y_m, 0));
     if (inSight.length > MOST_NAMED) return;
     pen.font = "11px system-ui, sans-serif";
-    for (const target of inSight) {
-      const [x, y] = this.camera.at(target.x_m, target.y_m);
+    const named = inSight.map((target) => {
       const words = concern(target);
       const also = words && words !== "out of view" ? ` (${words})` : "";
-      this.label(pen, `${short(this.film.head.targets[target.id] ?? target.id)}${also}`, x + 8, y + 10);
+      return { target, words, name: `${short(this.film.head.targets[target.id] ?? target.id)}${also}` };
+    });
+    for (const { target, name } of [...named.filter((one) => one.words), ...named.filter((one) => !one.words)]) {
+      this.label(pen, name, ...camera.at(target.x_m, target.y_m), 8, 10);
     }
   }
 
+  /** Text beside a place, off by `dx` and `dy` to one side or another, where it covers no other; else none. */
+  label(pen, text, x, y, dx, dy) {
+    const width = pen.measureText(text).width;
+    const corners = [[x + dx, y + dy], [x + dx, y - dy], [x - dx - width, y + dy], [x - dx - width, y - dy],
+      [x - width / 2, y + dy + LINE], [x - width / 2, y - dy - LINE]];
+    for (const [left, middle] of corners) {
+      const box = [left - 1, middle - LINE / 2, left + width + 1, middle + LINE / 2];
+      if (!this.isFree(box)) continue;
+      this.taken.push(box);
+      this.write(pen, text, left, middle);
+      return;
+    }
+  }
+
+  isFree([left, top, right, bottom]) {
+    if (left < 0 || top < 0 || right > this.camera.width || bottom > this.camera.height) return false;
+    return this.taken.every((box) => left >= box[2] || right <= box[0] || top >= box[3] || bottom <= box[1]);
+  }
+
   /** Text with a rim in the ground's colour, so that it can be read over lines. */
-  label(pen, text, x, y) {
+  write(pen, text, x, y) {
+    pen.textBaseline = "middle";
     pen.strokeStyle = palette().ground;
     pen.lineWidth = 3;
     pen.strokeText(text, x, y);
@@ -368,7 +394,7 @@ class MissionMap {
     pen.moveTo(x, y);
     pen.lineTo(x2, y2);
     pen.stroke();
-    this.label(pen, this.measured(), x2 + 10, y2 - 10);
+    this.write(pen, this.measured(), x2 + 10, y2 - 10);
   }
 
   /** What the ruler says: distance, and compass bearing from its first end. */

@@ -2,7 +2,8 @@
 
 const PALETTES = {
   light: {
-    uavs: ["#0072b2", "#d55e00", "#cc79a7", "#000000", "#490092", "#924900", "#006d6d", "#b66dff"],
+    uavs: ["#0072b2", "#d55e00", "#cc79a7", "#000000", "#490092", "#924900", "#006d6d", "#b66dff", "#881133", "#998866",
+      "#334466", "#447744"],
     groups: ["#009e73", "#c98700", "#2e8fc9", "#6a9f3a", "#ee6677"],
     ground: "#ffffff",
     grid: "#e6e8eb",
@@ -12,7 +13,8 @@ const PALETTES = {
     none: "#7a8591",
   },
   dark: {
-    uavs: ["#4db2f0", "#ff8b3d", "#eaa2c9", "#f2f2f2", "#b18cff", "#d9955a", "#3fc1c1", "#d6b0ff"],
+    uavs: ["#3f9fe0", "#ff8b3d", "#f2a6d0", "#ffffff", "#9b6dff", "#b06a2a", "#1fa8a8", "#d9c2ff", "#cc2266", "#ffccbb",
+      "#ffee00", "#889977"],
     groups: ["#2bd19e", "#f0b429", "#6cc3ff", "#a6d96a", "#ff8f9f"],
     ground: "#11161c",
     grid: "#222b35",
@@ -35,7 +37,7 @@ function uavColour(film, id) {
 
 function groupColour(film, id) {
   const { groups, none } = palette();
-  return id === null ? none : groups[Math.max(0, film.ids.groups.indexOf(id)) % groups.length];
+  return id === null ? none : groups[(film.colours.get(id) ?? 0) % groups.length];
 }
 
 /** The same colour, translucent. */

@@ -13,6 +13,8 @@ class Timeline {
     this.clock = clock;
     Object.assign(this, elements);
     this.kinds = new Set();
+    /** Which events are in the list. */
+    this.listed = null;
     this.slider.addEventListener("input", () => clock.seek(Number(this.slider.value)));
     this.marks.addEventListener("click", (click) => {
       const event = this.nearest(click.offsetX);
@@ -65,7 +67,7 @@ class Timeline {
     if (found) this.clock.seek(found.time_s);
   }
 
-  /** Draws and lists everything anew: more has been loaded, or the page has another size or theme. */
+  /** Draws the marks anew and adds to the list: more has been loaded, or the page has another size or theme. */
   renew() {
     const [first, last] = this.range_s;
     this.slider.min = first;
@@ -85,6 +87,7 @@ class Timeline {
     this.list();
   }
 
+  /** Lists the events chosen, and adds those that have come in. */
   list() {
     const kinds = [...new Set(this.film.events.map((event) => event.kind))].sort();
     for (const kind of kinds.filter((kind) => !this.kinds.has(kind))) {
@@ -95,23 +98,30 @@ class Timeline {
     const matching = this.film.events.filter((event) =>
       wanted ? event.kind === wanted : this.routine.checked || !ROUTINE.has(event.kind),
     );
-    const items = matching.slice(0, MOST_LISTED).map((event) => {
-      const button = document.createElement("button");
-      button.type = "button";
-      button.dataset.timeUs = event.time_us;
-      button.dataset.kind = event.kind;
-      button.className = GRAVE.has(event.kind) ? "grave" : "";
-      const time = document.createElement("time");
-      time.textContent = `${event.time_s.toFixed(1)} s`;
-      button.append(time, ` ${eventText(this.film, event)}`);
-      button.addEventListener("click", () => this.clock.seek(event.time_s));
-      const item = document.createElement("li");
-      item.append(button);
-      return item;
-    });
-    this.events.replaceChildren(...items);
-    const more = matching.length - items.length;
-    this.count.textContent = `${matching.length} of ${this.film.events.length} events${more > 0 ? `, the first ${items.length} listed` : ""}`;
+    const chosen = `${wanted} ${this.routine.checked}`;
+    if (chosen !== this.listed) this.events.replaceChildren();
+    this.listed = chosen;
+    // Events only ever come in: what is in the list stays, and whoever reads or holds it is not disturbed.
+    const added = matching.slice(this.events.children.length, MOST_LISTED);
+    this.events.append(...added.map((event) => this.item(event)));
+    const count = this.events.children.length;
+    const more = matching.length > count ? `, the first ${count} listed` : "";
+    this.count.textContent = `${matching.length} of ${this.film.events.length} events${more}`;
+  }
+
+  item(event) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.dataset.timeUs = event.time_us;
+    button.dataset.kind = event.kind;
+    button.className = GRAVE.has(event.kind) ? "grave" : "";
+    const time = document.createElement("time");
+    time.textContent = `${event.time_s.toFixed(1)} s`;
+    button.append(time, ` ${eventText(this.film, event)}`);
+    button.addEventListener("click", () => this.clock.seek(event.time_s));
+    const item = document.createElement("li");
+    item.append(button);
+    return item;
   }
 
   /** Moves the slider with the clock. */

@@ -15,7 +15,7 @@ mod standoff_distance;
 pub mod study;
 mod symbol;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod trajectories;
 
 use chart::Drawn;

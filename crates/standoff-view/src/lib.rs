@@ -2,6 +2,7 @@
 //! runs to look at, from their results. And the server of such pages.
 
 pub mod batch;
+mod colours;
 pub mod figures;
 #[cfg(feature = "mcap")]
 pub mod mcap;

@@ -26,4 +26,4 @@ pub use head::{Head, Line};
 pub(crate) use part::gzip;
 
 /// Format of heads and parts; it rises when either changes.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;

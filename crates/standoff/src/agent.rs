@@ -128,7 +128,8 @@ pub struct Agent {
 }
 
 impl Agent {
-    /// An agent of a team; all that is out of range is reported at once.
+    /// An agent of a team; all that is out of range is reported at once, and so are parameters that contradict one
+    /// another: the orbits' field of view must be the sensor's ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
         Ok(Self { id, epoch: 0, sequence: 0, outbox: Vec::new(), said: false, mind: Mind::new(params)? })
     }

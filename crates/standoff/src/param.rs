@@ -52,6 +52,11 @@ impl Allowed {
         Self { lower: Bound::Closed(limit), ..Self::FINITE }
     }
 
+    /// No other value than this.
+    pub const fn exactly(value: f64) -> Self {
+        Self::at_least(value).at_most(value)
+    }
+
     /// And smaller than `limit`.
     pub const fn below(self, limit: f64) -> Self {
         Self { upper: Bound::Open(limit), ..self }
@@ -104,6 +109,16 @@ impl fmt::Display for Allowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Bounds converted from radians carry rounding noise that nobody wants to read.
         let tidy = |limit: f64| (limit * 1e9).round() / 1e9;
+        let because = |f: &mut fmt::Formatter<'_>| match self.because {
+            "" => Ok(()),
+            because => write!(f, " ({because})"),
+        };
+        if let (Bound::Closed(lower), Bound::Closed(upper)) = (self.lower, self.upper)
+            && lower == upper
+        {
+            write!(f, "exactly {}", tidy(lower))?;
+            return because(f);
+        }
         let lower = match self.lower {
             Bound::None => None,
             Bound::Open(limit) => Some(format!("above {}", tidy(limit))),
@@ -120,10 +135,7 @@ impl fmt::Display for Allowed {
             (None, Some(upper)) => f.write_str(&upper)?,
             (Some(lower), Some(upper)) => write!(f, "{lower} and {upper}")?,
         }
-        if !self.because.is_empty() {
-            write!(f, " ({})", self.because)?;
-        }
-        Ok(())
+        because(f)
     }
 }
 

@@ -99,7 +99,8 @@ impl TeamParams {
         }
     }
 
-    /// Every parameter that is out of range.
+    /// Every parameter that is out of range, alone or beside another: the smallest orbit lies within the sensing range,
+    /// and orbits are planned with the sensor's own field of view.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = self.uav.errors();
         errors.extend(self.track.errors());
@@ -108,6 +109,38 @@ impl TeamParams {
         Allowed::above(self.group.standoff.radius_min_m)
             .because("from the smallest orbit, radius_min_m, the centre must be seen")
             .check("sensing_range_m", self.track.sensor.sensing_range_m, &mut errors);
+        let seen_rad = self.track.sensor.field_of_view_rad;
+        if seen_rad.is_finite() {
+            Allowed::exactly(seen_rad)
+                .because(
+                    "the sensor's own, for which orbits are made; field_of_view_margin_rad keeps targets off its edge",
+                )
+                .check("group.standoff.field_of_view_rad", self.group.standoff.field_of_view_rad, &mut errors);
+        }
         errors
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orbits_for_another_field_of_view_than_the_sensors_are_refused() {
+        let mut params = TeamParams::table_1();
+        params.group.standoff.field_of_view_rad = 1.25;
+        let told: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            told,
+            [
+                "group.standoff.field_of_view_rad = 1.25: must be exactly 1.221730476 (the sensor's own, for which orbits \
+                 are made; field_of_view_margin_rad keeps targets off its edge)"
+            ]
+        );
+        params.track.sensor.field_of_view_rad = 1.25;
+        assert!(params.errors().is_empty());
+        // A field of view that is none is told once.
+        (params.track.sensor.field_of_view_rad, params.group.standoff.field_of_view_rad) = (f64::NAN, f64::NAN);
+        assert_eq!(params.errors().iter().filter(|error| error.name.contains("field_of_view_rad")).count(), 1);
     }
 }

@@ -3,6 +3,7 @@
 use super::curve::{Curve, MOST_POINTS, Point, usable};
 use super::gather::{Group, Run};
 use super::symbol::{Mark, Symbol};
+use crate::colours::UAVS;
 use plotters::coord::{Shift, types::RangedCoordf64};
 use plotters::prelude::*;
 use std::cmp::Reverse;
@@ -18,35 +19,20 @@ const WIDTH: u32 = 900;
 const LEFT: u32 = 68;
 const BELOW: u32 = 44;
 const LEGEND: u32 = 184;
+/// Room for heading and caption, and below, px.
+const ABOVE: u32 = 54;
+/// Height of a panel that is one of many rows, px.
+const ROW: u32 = 128;
 /// Points of all curves of a chart together.
 const POINTS: usize = 40_000;
 /// Most UAVs or groups that a legend names.
-pub(super) const MOST_NAMED: usize = 10;
+pub(super) const MOST_NAMED: usize = UAVS.len();
 /// Most groups that have a panel of their own.
 pub(super) const MOST_PANELS: usize = 4;
 /// Opacity that stands for dashes, which the SVG writer does not know, and what it is replaced by.
 const DASHED: f64 = 0.999;
 const DASHES: &str = "stroke-dasharray=\"24 16\"";
 
-/// For UAVs by rank: colours of Okabe and Ito, then darker ones, which colour-blind readers can tell apart.
-pub(super) const UAVS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(204, 121, 167),
-    RGBColor(0, 0, 0),
-    RGBColor(73, 0, 146),
-    RGBColor(146, 73, 0),
-    RGBColor(0, 109, 109),
-    RGBColor(182, 109, 255),
-];
-/// For groups in the order of their founding: none of the UAVs' colours, and lighter.
-pub(crate) const GROUPS: [RGBColor; 5] = [
-    RGBColor(0, 158, 115),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(153, 204, 119),
-    RGBColor(238, 102, 119),
-];
 /// Limits and values wanted.
 pub(super) const REFERENCE: RGBColor = RGBColor(70, 70, 70);
 /// Lines at instants.
@@ -63,7 +49,16 @@ pub(super) struct Line {
     pub(super) runs: Vec<Vec<Point>>,
     pub(super) ink: ShapeStyle,
     pub(super) dashed: bool,
+    /// Colour of dashes on it: what it shows lies between two.
+    pub(super) dashes: Option<RGBColor>,
     pub(super) label: Option<String>,
+}
+
+impl Line {
+    /// A line in one colour without an entry in the legend.
+    pub(super) fn new(runs: Vec<Vec<Point>>, ink: ShapeStyle) -> Self {
+        Self { runs, ink, dashed: false, dashes: None, label: None }
+    }
 }
 
 /// A line style of a width in px.
@@ -96,10 +91,8 @@ pub(super) fn share(curves: usize) -> usize {
 /// Curves of UAVs in the UAVs' colours; the first few are named.
 pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u32, &'a Curve)>) -> Vec<Line> {
     let line = |(rank, (id, curve)): (usize, (u32, &Curve))| Line {
-        runs: curve.runs(share(2 * run.uavs.len())),
-        ink: ink(run.uav_colour(id), width),
-        dashed: false,
         label: (rank < MOST_NAMED).then(|| format!("UAV {id}")),
+        ..Line::new(curve.runs(share(2 * run.uavs.len())), ink(run.uav_colour(id), width))
     };
     curves.enumerate().map(line).collect()
 }
@@ -172,15 +165,27 @@ impl<'a> Chart<'a> {
     }
 
     /// Draws a line; a lone point becomes a dot.
-    pub(super) fn line(&mut self, Line { runs, ink, dashed, label }: Line) -> Drawn {
+    pub(super) fn line(&mut self, Line { runs, ink, dashed, dashes, label }: Line) -> Drawn {
         let ink = ShapeStyle { color: if dashed { ink.color.mix(DASHED) } else { ink.color }, ..ink };
+        let over = dashes.map(|colour| ShapeStyle { color: colour.mix(DASHED), ..ink });
         for run in runs {
             let dot = if run.len() == 1 { ink.stroke_width } else { 0 };
-            self.plot.draw_series(LineSeries::new(run, ink).point_size(dot))?;
+            if let Some(over) = over {
+                self.plot.draw_series(LineSeries::new(run.iter().copied(), ink).point_size(dot))?;
+                self.plot.draw_series(LineSeries::new(run, over))?;
+            } else {
+                self.plot.draw_series(LineSeries::new(run, ink).point_size(dot))?;
+            }
         }
         let Some(label) = label else { return Ok(()) };
-        let sample = move |(x, y)| PathElement::new([(x, y), (x + 20 * PX as i32, y)], ink);
-        self.legend.draw_series(empty::<PathElement<_>>())?.label(label).legend(sample);
+        let sample = |(x, y), ink| PathElement::new([(x, y), (x + 20 * PX as i32, y)], ink);
+        let entry = self.legend.draw_series(empty::<PathElement<_>>())?.label(label);
+        match over {
+            None => entry.legend(move |place| sample(place, ink)),
+            Some(over) => {
+                entry.legend(move |place| EmptyElement::at(place) + sample((0, 0), ink) + sample((0, 0), over))
+            }
+        };
         Ok(())
     }
 
@@ -214,6 +219,8 @@ pub(super) struct Panel {
     pub(super) levels: Vec<(f64, Option<String>)>,
     /// What happened when.
     pub(super) marks: Vec<(Mark, Vec<f64>)>,
+    /// It is one of many rows, and low.
+    pub(super) is_row: bool,
 }
 
 impl Panel {
@@ -233,14 +240,14 @@ impl Panel {
         let upright = |&at: &f64| vec![(at, bottom), (at, top)];
         for (_, times) in &self.marks {
             let runs = times.iter().map(upright).collect();
-            chart.line(Line { runs, ink: ink(MARKED, 0.75), dashed: false, label: None })?;
+            chart.line(Line::new(runs, ink(MARKED, 0.75)))?;
         }
         for line in self.lines {
             chart.line(Line { label: new(line.label), ..line })?;
         }
         for (value, label) in levels {
             let runs = vec![vec![(time.start, value), (time.end, value)]];
-            chart.line(Line { runs, ink: ink(REFERENCE, 1.0), dashed: true, label: new(label) })?;
+            chart.line(Line { dashed: true, label: new(label), ..Line::new(runs, ink(REFERENCE, 1.0)) })?;
         }
         for (mark, times) in self.marks {
             let places: Vec<Point> = times.into_iter().map(|at| (at, top)).collect();
@@ -250,7 +257,7 @@ impl Panel {
     }
 }
 
-/// A page of panels over time, without the empty ones; none if all are. A label is explained once.
+/// As [`stacked`], without a note.
 pub(super) fn over_time(run: &Run, heading: &str, title: &str, panels: Vec<Panel>) -> Drawn<Option<String>> {
     stacked(run, heading, title, "", panels)
 }
@@ -273,16 +280,29 @@ pub(super) fn per_group(
     stacked(run, heading, title, note, panels.into_iter().map(|panel| panel.2).chain(last).collect())
 }
 
-fn stacked(run: &Run, heading: &str, title: &str, note: &str, mut panels: Vec<Panel>) -> Drawn<Option<String>> {
+/// A page of panels below one another, without the empty ones; none if all are. A label is explained once.
+pub(super) fn stacked(
+    run: &Run,
+    heading: &str,
+    title: &str,
+    note: &str,
+    mut panels: Vec<Panel>,
+) -> Drawn<Option<String>> {
     panels.retain(|panel| !panel.is_empty());
     if panels.is_empty() {
         return Ok(None);
     }
-    let (count, mut named) = (panels.len(), BTreeSet::new());
-    let each = if count > 2 { 240 } else { 290 };
+    let full = if panels.iter().filter(|panel| !panel.is_row).count() > 2 { 240 } else { 290 };
+    let heights: Vec<u32> = panels.iter().map(|panel| if panel.is_row { ROW } else { full }).collect();
+    let (height, mut named) = (heights.iter().sum::<u32>(), BTreeSet::new());
     let draw = |area: &Area| {
-        let areas = area.split_evenly((count, 1));
-        areas.iter().zip(panels).try_for_each(|(area, panel)| panel.draw(run, area, &mut named))
+        let mut rest = area.clone();
+        for (panel, height) in panels.into_iter().zip(heights) {
+            let (this, below) = rest.split_vertically(height * PX);
+            panel.draw(run, &this, &mut named)?;
+            rest = below;
+        }
+        Ok(())
     };
-    page(heading, title, note, 80 + each * count as u32, draw).map(Some)
+    page(heading, title, note, ABOVE + height, draw).map(Some)
 }

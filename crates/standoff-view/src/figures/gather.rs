@@ -3,6 +3,7 @@
 use super::curve::{Curve, Point, usable};
 use super::symbol::Mark;
 use super::{chart, line_of_sight, margin, phase};
+use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
 use standoff_sim::record::{EventRow, Frame};
 use std::collections::BTreeMap;
@@ -88,6 +89,7 @@ pub(super) struct Run {
     /// Groups ever founded.
     pub(super) founded: usize,
     pub(super) groups: BTreeMap<u32, Group>,
+    colours: GroupColours,
     /// True paths by target.
     pub(super) truth: BTreeMap<u32, Curve>,
     /// Estimated paths by target.
@@ -161,18 +163,15 @@ impl Run {
         frame.events.iter().for_each(|event| self.happened(time, event));
     }
 
-    /// Takes in the groups that are new, each in the colour that the fewest of those alive have, then of all.
+    /// Takes in the groups that are new.
     fn found(&mut self, frame: &Frame) {
+        self.colours.next_instant(&frame.groups);
         let alive = |id: &u32| frame.groups.iter().any(|row| row.group == *id);
         for id in frame.groups.iter().map(|row| row.group) {
             if self.groups.contains_key(&id) {
                 continue;
             }
-            let shares = |colour| {
-                let others = self.groups.iter().filter(move |group| group.1.colour == colour);
-                (others.clone().filter(|group| alive(group.0)).count(), others.count())
-            };
-            let colour = (0..chart::GROUPS.len()).min_by_key(|&colour| shares(colour)).unwrap_or(0);
+            let colour = self.colours.place(id).unwrap_or(0);
             self.groups.insert(id, Group { colour, ..Group::default() });
             self.founded += 1;
         }
@@ -215,12 +214,12 @@ impl Run {
 
     /// The UAV's colour, the same in every figure.
     pub(super) fn uav_colour(&self, id: u32) -> RGBColor {
-        chart::UAVS[self.uavs.range(..id).count() % chart::UAVS.len()]
+        UAVS[self.uavs.range(..id).count() % UAVS.len()]
     }
 
     /// The group's colour, likewise.
     pub(super) fn group_colour(&self, id: u32) -> RGBColor {
-        chart::GROUPS[self.groups.get(&id).map_or(0, |group| group.colour)]
+        GROUPS[self.groups.get(&id).map_or(0, |group| group.colour)]
     }
 
     fn colour(&self, group: Option<u32>) -> Option<usize> {

@@ -24,10 +24,8 @@ pub(super) fn centre_error(frame: &Frame, group: &GroupRow) -> Option<f64> {
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |axis: &str, curve: fn(&Group) -> &Curve| {
         let line = |(rank, (&id, group)): (usize, (&u32, &Group))| Line {
-            runs: curve(group).runs(share(run.groups.len())),
-            ink: ink(run.group_colour(id), 1.5),
-            dashed: false,
             label: (rank < MOST_NAMED).then(|| format!("group {id}")),
+            ..Line::new(curve(group).runs(share(run.groups.len())), ink(run.group_colour(id), 1.5))
         };
         // Of many groups, everybody's marks would hide the curves.
         let marked = run.groups.values().filter(|_| run.groups.len() <= MOST_PANELS);

@@ -43,8 +43,10 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |id: u32, group: &Group| {
         let line = |(rank, (&(_, uav, other), curve)): (usize, (&Between, &Curve))| {
             let label = other.map_or(format!("UAV {uav} to the next"), |other| format!("UAV {uav} to UAV {other}"));
-            let (runs, ink) = (curve.runs(share(group.phases.len())), ink(run.uav_colour(uav), 1.5));
-            Line { runs, ink, dashed: false, label: (rank < MOST_NAMED).then_some(label) }
+            let (runs, ink) = (curve.runs(share(group.phases.len())), ink(run.uav_colour(uav), 1.75));
+            // A pair's curve has both colours: the same UAV may be in several pairs, one after the other.
+            let dashes = other.map(|other| run.uav_colour(other));
+            Line { dashes, label: (rank < MOST_NAMED).then_some(label), ..Line::new(runs, ink) }
         };
         let counts: BTreeSet<usize> = group.phases.keys().map(|between| between.0).collect();
         let level =

@@ -7,10 +7,8 @@ use super::gather::{Group, Run};
 /// Draws the figure.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let line = |(rank, (&id, group)): (usize, (&u32, &Group))| Line {
-        runs: group.separation.runs(share(run.groups.len())),
-        ink: ink(run.group_colour(id), 1.75),
-        dashed: false,
         label: (rank < MOST_NAMED).then(|| format!("group {id}")),
+        ..Line::new(group.separation.runs(share(run.groups.len())), ink(run.group_colour(id), 1.75))
     };
     let lines = run.groups.iter().enumerate().map(line).collect();
     let panel = Panel { axis: "Smallest distance (m)".to_owned(), shown: Some(0.0), lines, ..Panel::default() };

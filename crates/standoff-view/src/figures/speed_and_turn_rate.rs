@@ -1,11 +1,11 @@
 //! Figure `speed_and_turn_rate`: what each UAV was told to fly and what it flew, within its limits.
 
 use super::Setup;
-use super::chart::{Drawn, Line, Panel, of_uavs, over_time};
+use super::chart::{Drawn, Line, MOST_NAMED, Panel, of_uavs, stacked};
 use super::curve::Curve;
 use super::gather::{Run, Uav};
 
-/// Draws the figure.
+/// Draws the figure. Turn rates swing from limit to limit: on one panel, those of a few UAVs would hide one another.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let lines = |flown: fn(&Uav) -> &Curve, commanded: fn(&Uav) -> &Curve| {
         let mut lines = of_uavs(run, 1.75, run.each(flown));
@@ -21,11 +21,19 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
         levels: limits([setup.speed_min_m_s, setup.speed_max_m_s]),
         ..Panel::default()
     };
-    let turn_rate = Panel {
-        axis: "Turn rate (°/s)".to_owned(),
-        lines: lines(|uav| &uav.turn_rate, |uav| &uav.turn_rate_command),
+    let mut flown = of_uavs(run, 1.25, run.each(|uav| &uav.turn_rate)).into_iter();
+    let mut commanded = of_uavs(run, 0.5, run.each(|uav| &uav.turn_rate_command)).into_iter();
+    let turn_rate = |&id: &u32| Panel {
+        axis: format!("UAV {id} (°/s)"),
+        lines: flown.next().into_iter().chain(commanded.next().map(|line| Line { label: None, ..line })).collect(),
         levels: limits([-most, most]),
+        is_row: true,
         ..Panel::default()
     };
-    over_time(run, "Speed and turn rate of each UAV", &setup.title, vec![speed, turn_rate])
+    let rows = run.uavs.keys().take(MOST_NAMED).map(turn_rate);
+    let panels = std::iter::once(speed).chain(rows).collect();
+    let (count, shown) = (run.uavs.len(), MOST_NAMED);
+    let note =
+        if count > shown { format!(" (turn rates of the first {shown} of {count} UAVs)") } else { String::new() };
+    stacked(run, "Speed of the UAVs, and turn rate of each", &setup.title, &note, panels)
 }

@@ -15,8 +15,12 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
         unbounded.iter_mut().flatten().for_each(|at| at.1 = at.1.min(cut_m));
         let label = |text: &str| Some(format!("{text}, group {id}"));
         let mut lines = vec![
-            Line { runs: unbounded, ink: thin, dashed: true, label: label(&format!("unbounded, up to {cut_m:.0} m")) },
-            Line { runs: desired, ink: thick, dashed: false, label: label("desired") },
+            Line {
+                dashed: true,
+                label: label(&format!("unbounded, up to {cut_m:.0} m")),
+                ..Line::new(unbounded, thin)
+            },
+            Line { label: label("desired"), ..Line::new(desired, thick) },
         ];
         lines.extend(of_uavs(run, 1.25, group.distances.iter().map(|(&uav, curve)| (uav, curve))));
         // A bound far from anything flown would only flatten the curves.

@@ -1,8 +1,9 @@
 //! Charts of studies: any numbers over any others, with bands of quantiles, in the style of a run's figures.
 
-use super::chart::{Area, Chart, Drawn, PX, REFERENCE, UAVS, ink, page, range};
+use super::chart::{Area, Chart, Drawn, PX, REFERENCE, ink, page, range};
 use super::curve::{Point, usable};
 use super::{Figure, FigureError};
+use crate::colours::UAVS;
 use plotters::prelude::*;
 use std::convert::Infallible;
 use std::iter::empty;
@@ -95,19 +96,15 @@ impl Plot {
         }
         for &(value, ref label) in &self.levels {
             let runs = vec![vec![(across.start, value), (across.end, value)]];
-            chart.line(super::chart::Line {
-                runs,
-                ink: ink(REFERENCE, 1.0),
-                dashed: true,
-                label: Some(label.clone()),
-            })?;
+            let level = super::chart::Line::new(runs, ink(REFERENCE, 1.0));
+            chart.line(super::chart::Line { dashed: true, label: Some(label.clone()), ..level })?;
         }
         for line in &self.lines {
             let points: Vec<Point> = line.points.iter().map(|&(x, y)| (x, cut(y))).collect();
             let runs = points.split(|at| usable(at.0).is_none() || usable(at.1).is_none());
             let runs = runs.filter(|run| !run.is_empty()).map(<[Point]>::to_vec).collect();
             let (ink, label) = (ink(colour(line.colour), 1.75), Some(line.label.clone()));
-            chart.line(super::chart::Line { runs, ink, dashed: line.dashed, label })?;
+            chart.line(super::chart::Line { dashed: line.dashed, label, ..super::chart::Line::new(runs, ink) })?;
         }
         chart.finish()
     }

@@ -1,9 +1,10 @@
 //! Tests of the figures as a whole, on made-up runs: which there are, that odd runs draw, that bytes repeat.
 
-use super::chart::{GROUPS, UAVS};
 use super::curve::MOST_POINTS;
 use super::gather::Run;
 use super::{Figure, FigureError, Setup, figures, line_of_sight, margin, phase};
+use crate::colours::{GROUPS, UAVS};
+use plotters::style::RGBColor;
 use standoff::Angle;
 use standoff::math::{PI, TAU, atan2, cos, exp, hypot, sin};
 use standoff_sim::record::{EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
@@ -97,6 +98,11 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         separation_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
     });
     frame
+}
+
+/// A row of a group.
+pub(crate) fn group() -> GroupRow {
+    instant(2, 4, 0).groups[0]
 }
 
 /// A handoff and a discard after figure 9: four UAVs in two groups of seven targets that part from each other.
@@ -400,4 +406,37 @@ fn a_large_town_stays_small() {
 fn nothing_is_drawn_of_nothing() {
     assert!(names(vec![Frame::default()]).is_empty());
     assert_eq!(names(run(0, 4, 9)), ["trajectories", "standoff_distance", "margin"]);
+}
+
+#[test]
+fn curves_of_two_pairs_with_one_uav_look_different() {
+    let mut frames = run(3, 4, 60);
+    for (i, frame) in frames.iter_mut().enumerate() {
+        // UAV 1 flies with UAV 2, then with UAV 3.
+        frame.uavs[if i < 30 { 2 } else { 1 }].group = None;
+    }
+    let figures = drawn(frames, &setup());
+    let svg = svg(&figures, "phase");
+    assert!(svg.contains("UAV 1 to UAV 2") && svg.contains("UAV 1 to UAV 3"));
+    let hex = |rank: usize| {
+        let RGBColor(r, g, b) = UAVS[rank];
+        format!("#{r:02X}{g:02X}{b:02X}")
+    };
+    let strokes = |rank: usize, dashed: bool| {
+        let of = |line: &&str| line.contains(&hex(rank)) && line.contains("stroke-dasharray") == dashed;
+        svg.lines().filter(of).count()
+    };
+    assert!(strokes(0, false) > 0 && strokes(0, true) == 0);
+    assert!([1, 2].into_iter().all(|rank| strokes(rank, true) > 0 && strokes(rank, false) == 0));
+}
+
+#[test]
+fn each_uav_s_turn_rate_has_a_row_of_its_own_and_a_note_says_whose_are_left_out() {
+    let figures = drawn(town(20, 40), &setup());
+    let all = svg(&figures, "speed_and_turn_rate");
+    assert!((1..=8).all(|uav| all.matches(&format!("UAV {uav} (°/s)")).count() == 1) && !all.contains("of the first"));
+    let figures = drawn(run(24, 4, 40), &setup());
+    let some = svg(&figures, "speed_and_turn_rate");
+    assert!(some.contains("UAV 12 (°/s)") && !some.contains("UAV 13 (°/s)"));
+    assert!(some.contains("(turn rates of the first 12 of 24 UAVs)"));
 }

@@ -1,10 +1,11 @@
 //! Figure `trajectories`: the map of the run, with UAVs, targets, groups and their orbits.
 
 use super::Setup;
-use super::chart::{Area, Chart, Drawn, GROUPS, Line, MOST_NAMED, ink, of_uavs, page, range, share};
+use super::chart::{Area, Chart, Drawn, Line, MOST_NAMED, ink, of_uavs, page, range, share};
 use super::curve::{Curve, MOST_POINTS, Point, usable};
 use super::gather::Run;
 use super::symbol::{Mark, Symbol};
+use crate::colours::GROUPS;
 use plotters::prelude::*;
 use standoff::math::{TAU, cos, hypot, sin};
 use std::collections::BTreeSet;
@@ -92,12 +93,12 @@ fn ground(run: &Run, recent: usize) -> Vec<Line> {
     let mut named = BTreeSet::new();
     let mut line = |runs: Vec<Vec<Point>>, ink, dashed, label: &str| {
         let new = !label.is_empty() && !runs.is_empty() && named.insert(label.to_owned());
-        Line { runs, ink, dashed, label: new.then(|| label.to_owned()) }
+        Line { dashed, label: new.then(|| label.to_owned()), ..Line::new(runs, ink) }
     };
     let mut lines: Vec<Line> = Vec::new();
     let name = |&id: &u32| {
-        let ink = ink(run.group_colour(id), 1.25);
-        Line { runs: Vec::new(), ink, dashed: false, label: Some(format!("targets of group {id}")) }
+        let label = Some(format!("targets of group {id}"));
+        Line { label, ..Line::new(Vec::new(), ink(run.group_colour(id), 1.25)) }
     };
     lines.extend(run.groups.keys().take(MOST_NAMED).map(name));
     let of_uav = share(2 * run.uavs.len());

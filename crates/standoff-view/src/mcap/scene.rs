@@ -1,6 +1,6 @@
 //! The scene of an instant: UAVs, vehicles, tracks and orbits. Colours tell groups, and what must not be missed.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use foxglove::messages::{
     Color, KeyValuePair, SceneEntity, SceneEntityDeletion, SceneUpdate, scene_entity_deletion::Type,
@@ -14,7 +14,7 @@ use super::WORLD;
 use super::log::target_name;
 use super::pose::{pose, position, timestamp, vector};
 use super::shapes::{arrow, circle, colour, cube, ellipse, sphere, text, view};
-use crate::figures::chart::GROUPS;
+use crate::colours::{GROUPS, GroupColours};
 
 // None of the groups' colours, and told apart without red and green.
 const UNSEEN: RGBColor = RGBColor(213, 94, 0);
@@ -28,8 +28,7 @@ const PLAIN: RGBColor = RGBColor(150, 150, 150);
 pub(super) struct Scene {
     field_of_view_rad: f64,
     sensing_range_m: f64,
-    /// Of each group that is alive, the place of its colour among all.
-    colours: BTreeMap<u32, usize>,
+    colours: GroupColours,
     /// What was shown at the last instant.
     shown: BTreeSet<String>,
 }
@@ -40,14 +39,14 @@ impl Scene {
         Self {
             field_of_view_rad: sensor.field_of_view_rad,
             sensing_range_m: sensor.sensing_range_m,
-            colours: BTreeMap::new(),
+            colours: GroupColours::default(),
             shown: BTreeSet::new(),
         }
     }
 
     /// Everything that there is at an instant, in the place of what was shown before.
     pub(super) fn update(&mut self, frame: &Frame, target_names: &[String]) -> SceneUpdate {
-        self.colour_groups(&frame.groups);
+        self.colours.next_instant(&frame.groups);
         let mut entities: Vec<SceneEntity> = Vec::new();
         entities.extend(frame.truth.iter().map(|row| truth(row, target_names)));
         entities.extend(frame.tracks.iter().map(|row| self.track(row, target_names)));
@@ -65,20 +64,8 @@ impl Scene {
         SceneUpdate { deletions: before.difference(&self.shown).map(delete).collect(), entities }
     }
 
-    /// Gives a new group the colour that the fewest others have.
-    fn colour_groups(&mut self, groups: &[GroupRow]) {
-        self.colours.retain(|id, _| groups.iter().any(|row| row.group == *id));
-        for row in groups {
-            if !self.colours.contains_key(&row.group) {
-                let shared = |place: &usize| self.colours.values().filter(|taken| *taken == place).count();
-                let place = (0..GROUPS.len()).min_by_key(shared).unwrap_or(0);
-                self.colours.insert(row.group, place);
-            }
-        }
-    }
-
     fn colour(&self, group: Option<u32>) -> Color {
-        colour(group.and_then(|id| self.colours.get(&id)).map_or(PLAIN, |&place| GROUPS[place]))
+        colour(group.and_then(|id| self.colours.place(id)).map_or(PLAIN, |place| GROUPS[place]))
     }
 
     /// A UAV in the colour of the group that it serves, and what it sees.

@@ -7,6 +7,7 @@ use standoff_sim::score::{Judged, PositionBound, Rules};
 
 use super::part::{Event, half};
 use super::table::Table;
+use crate::colours::GroupColours;
 use crate::figures::{line_of_sight, phase};
 
 /// Instants after which a part is full.
@@ -30,7 +31,7 @@ const UAV: [&str; 12] = [
     "line_of_sight_rad",
 ];
 
-const GROUP: [&str; 13] = [
+const GROUP: [&str; 14] = [
     "x_m",
     "y_m",
     "members",
@@ -45,6 +46,7 @@ const GROUP: [&str; 13] = [
     "position_error_m",
     "position_bound_m",
     "scan_sd_m",
+    "colour",
 ];
 
 const TARGET: [&str; 15] = [
@@ -72,6 +74,7 @@ pub struct Encoder {
     rules: Rules,
     stride: usize,
     bound: Option<PositionBound>,
+    colours: GroupColours,
     draft: Draft,
 }
 
@@ -99,7 +102,13 @@ impl Encoder {
     /// An encoder at the start of a run. Only every `stride`-th instant of a part (at least 1) gets a detail.
     #[must_use]
     pub fn new(rules: &Rules, stride: usize) -> Self {
-        Self { rules: *rules, stride: stride.max(1), bound: PositionBound::of(rules), draft: Draft::new() }
+        Self {
+            rules: *rules,
+            stride: stride.max(1),
+            bound: PositionBound::of(rules),
+            colours: GroupColours::default(),
+            draft: Draft::new(),
+        }
     }
 
     /// Takes in the next frame; gives a part when one is full.
@@ -119,10 +128,12 @@ impl Encoder {
         }
         let phases = phases(frame, self.rules.separation_rad);
         draft.groups.next_instant();
+        self.colours.next_instant(&frame.groups);
         for row in &frame.groups {
             let errors = errors(frame, &judged, self.bound.as_ref(), row.group);
             let phase = phases.get(&row.group).copied();
-            draft.groups.put(row.group, group(row, phase, errors, judged.scan_sd_m(row.group)));
+            let colour = self.colours.place(row.group);
+            draft.groups.put(row.group, group(row, phase, errors, judged.scan_sd_m(row.group), colour));
         }
         // Every part begins with one, so that nothing is shown before its time.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
@@ -203,6 +214,7 @@ fn group(
     phase: Option<(f64, f64)>,
     errors: Option<(f64, Option<f64>)>,
     scan_sd_m: Option<f64>,
+    colour: Option<usize>,
 ) -> [Option<f64>; GROUP.len()] {
     [
         Some(row.x_m),
@@ -218,6 +230,7 @@ fn group(
         errors.map(|(error_m, _)| error_m),
         errors.and_then(|(_, bound_m)| bound_m),
         scan_sd_m,
+        colour.map(|place| place as f64),
     ]
 }
 

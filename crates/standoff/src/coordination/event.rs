@@ -234,6 +234,7 @@ impl fmt::Display for EventKind {
             Self::GroupFounded { members, reason } => {
                 let of = if *members == 1 { "1 target".to_owned() } else { format!("{members} targets") };
                 match reason {
+                    FoundingReason::First if *members == 1 => write!(f, "{of} by itself"),
                     FoundingReason::First => write!(f, "{of} near one another"),
                     FoundingReason::Outsiders => write!(f, "{of} that were in no group"),
                     FoundingReason::Split => write!(f, "{of} split off: there are UAVs for another group"),
@@ -273,15 +274,21 @@ impl fmt::Display for EventKind {
                 WithdrawalReason::GroupEnds => "its old or its new group ends",
                 WithdrawalReason::TargetLost => "its track was lost",
             }),
-            Self::Discarded { needed_m, allowed_m } => write!(
-                f,
-                "furthest from the centre; keeping it needs an orbit of {needed_m:.0} m, the largest is {allowed_m:.0} m"
-            ),
-            Self::DiscardedDiverging { threshold_m2_s, limit_m2_s } => write!(
-                f,
-                "furthest from the centre, and its orbit runs away from the UAVs: xi_th {threshold_m2_s:.0} m2/s, below \
-                 {limit_m2_s:.0} m2/s for too long"
-            ),
+            Self::Discarded { needed_m, allowed_m } => {
+                let [needed, allowed] = told_apart(*needed_m, *allowed_m);
+                write!(
+                    f,
+                    "furthest from the centre; keeping it needs an orbit of {needed} m, the largest is {allowed} m"
+                )
+            }
+            Self::DiscardedDiverging { threshold_m2_s, limit_m2_s } => {
+                let [threshold, limit] = told_apart(*threshold_m2_s, *limit_m2_s);
+                write!(
+                    f,
+                    "furthest from the centre, and its orbit runs away from the UAVs: xi_th {threshold} m2/s, below \
+                     {limit} m2/s for too long"
+                )
+            }
             Self::Merged => f.write_str("its group ends, and a neighbour's orbit holds it too"),
             Self::DiscardedTooFast { speed_m_s, limit_m_s } => write!(
                 f,
@@ -297,15 +304,51 @@ impl fmt::Display for EventKind {
             Self::Reassigned(AssignmentReason::UavLost) => f.write_str("a UAV has been silent for too long"),
             Self::UavLost => f.write_str("not heard for too long; the team goes on without it"),
             Self::UavJoined => f.write_str("heard for the first time, or again"),
-            Self::OrbitInfeasible { smallest_m, largest_m } if smallest_m.is_finite() => write!(
-                f,
-                "view, turn rate and r_d,min need an orbit of at least {smallest_m:.0} m, \
-                 r_d,max and the sensing range allow at most {largest_m:.0} m"
-            ),
+            Self::OrbitInfeasible { smallest_m, largest_m } if smallest_m.is_finite() => {
+                let [smallest, largest] = told_apart(*smallest_m, *largest_m);
+                write!(
+                    f,
+                    "view, turn rate and r_d,min need an orbit of at least {smallest} m, \
+                     r_d,max and the sensing range allow at most {largest} m"
+                )
+            }
             Self::OrbitInfeasible { .. } => f.write_str("the group's centre is as fast as the UAVs can be"),
             Self::OrbitFeasible => f.write_str("an orbit satisfies every constraint again"),
             Self::UavsClose { distance_m } => write!(f, "two UAVs at its altitude are {distance_m:.0} m apart"),
             Self::UavsApart => f.write_str("no two UAVs at its altitude are too close any more"),
         }
+    }
+}
+
+/// Two values that differ, whole if that tells them apart, else with the decimals it takes.
+fn told_apart(a: f64, b: f64) -> [String; 2] {
+    let rounded = |digits: usize| [a, b].map(|value| format!("{value:.digits$}"));
+    (0..=12).map(rounded).find(|[a, b]| a != b).unwrap_or_else(|| rounded(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_needed_never_reads_like_what_is_allowed() {
+        for (needed_m, words) in [
+            (896.2, "an orbit of 896 m, the largest is 700 m"),
+            (700.3, "an orbit of 700.3 m, the largest is 700.0 m"),
+            (700.0004, "an orbit of 700.0004 m, the largest is 700.0000 m"),
+        ] {
+            let reason = EventKind::Discarded { needed_m, allowed_m: 700.0 }.to_string();
+            assert!(reason.ends_with(words), "{reason}");
+        }
+        let reason = EventKind::OrbitInfeasible { smallest_m: 499.8, largest_m: 499.6 }.to_string();
+        assert!(reason.contains("at least 499.8 m") && reason.contains("at most 499.6 m"), "{reason}");
+        let reason = EventKind::DiscardedDiverging { threshold_m2_s: -6000.4, limit_m2_s: -6000.0 }.to_string();
+        assert!(reason.contains("xi_th -6000.4 m2/s, below -6000.0 m2/s"), "{reason}");
+    }
+
+    #[test]
+    fn one_target_is_not_near_another() {
+        let reason = |members| EventKind::GroupFounded { members, reason: FoundingReason::First }.to_string();
+        assert_eq!([reason(1), reason(3)], ["1 target by itself", "3 targets near one another"]);
     }
 }
