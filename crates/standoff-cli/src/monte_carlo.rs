@@ -184,6 +184,7 @@ fn table(summary: &Summary, results: &Results) -> String {
     let flown = batch.flown();
     let (first, last) = (batch.seed_of(flown.start), batch.seed_of(flown.end - 1));
     let part = shard.map_or_else(String::new, |shard| format!(", shard {shard} of {}", count_runs(*runs)));
+    let scenario = text::words(scenario);
     let mut text = format!("{scenario}, {}, seeds {first} to {last}{part}\n\n", count_runs(flown.end - flown.start));
     let width = name_width(metrics);
     text += &format!(

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::Args;
 use serde::Serialize;
+use standoff_sim::record::{EventAllowance, EventRow};
 use standoff_sim::score::{Choice, Chosen};
 use standoff_sim::text;
 use standoff_view::replay::Line;
@@ -13,6 +14,8 @@ use crate::failure::{Failure, print};
 
 /// Events that a table shows before it refers to the file.
 const EVENTS_SHOWN: usize = 12;
+/// Kinds of events that are counted one by one; there are some twenty.
+const KINDS: usize = 50;
 
 /// Which metrics are told.
 #[derive(Args)]
@@ -58,23 +61,40 @@ pub(crate) struct Outcome {
     pub(crate) uavs: usize,
     pub(crate) targets: usize,
     pub(crate) metrics: Chosen,
-    pub(crate) events: Vec<Event>,
+    #[serde(flatten)]
+    pub(crate) events: Events,
+}
+
+/// The events of a run: the first of them one by one, all in numbers.
+#[derive(Default, Serialize)]
+pub(crate) struct Events {
+    events: Vec<Event>,
+    #[serde(skip)]
+    allowance: EventAllowance,
+    #[serde(rename = "events_left_out", skip_serializing_if = "is_zero")]
+    left_out: u64,
+    #[serde(skip)]
+    counts: BTreeMap<String, usize>,
+}
+
+fn is_zero(n: &u64) -> bool {
+    *n == 0
 }
 
 /// Something that happened.
 #[derive(Serialize)]
-pub(crate) struct Event {
-    pub(crate) time_s: f64,
-    pub(crate) kind: String,
+struct Event {
+    time_s: f64,
+    kind: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) target: Option<String>,
+    target: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) group: Option<u32>,
+    group: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) to_group: Option<u32>,
+    to_group: Option<u32>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) uavs: Vec<u32>,
-    pub(crate) reason: String,
+    uavs: Vec<u32>,
+    reason: String,
 }
 
 /// The rows of the table that were chosen; shares in percent.
@@ -102,8 +122,9 @@ impl Outcome {
     fn table(&self, out: &Path) -> String {
         let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
-        let mut text = format!(
-            "{scenario}, seed {seed}: {}, {}, {duration_s} s{end}\n\n",
+        let mut told = format!(
+            "{}, seed {seed}: {}, {}, {duration_s} s{end}\n\n",
+            text::words(scenario),
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
@@ -111,12 +132,12 @@ impl Outcome {
         for Line { topic, what, value, unit, .. } in lines(&self.metrics) {
             let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
             let heading = if topic == last { "" } else { topic };
-            text += format!("{heading:14} {what:37} {value:>9} {unit}").trim_end();
-            text += "\n";
+            told += format!("{heading:14} {what:37} {value:>9} {unit}").trim_end();
+            told += "\n";
             last = topic;
         }
-        text += &self.events_told();
-        text + &format!("\nresults in {}\n", out.display())
+        told += &self.events_told();
+        told + &format!("\nresults in {}\n", out.display())
     }
 }
 
@@ -124,22 +145,52 @@ impl Outcome {
     /// How many events of each kind, and the first of those that matter most: that a target is cued or first measured is
     /// routine, and that something is over tells little.
     fn events_told(&self) -> String {
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for event in &self.events {
-            *counts.entry(&event.kind).or_default() += 1;
-        }
-        let counts: Vec<String> = counts.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
-        let mut text =
+        let Events { events, counts, left_out, .. } = &self.events;
+        let counts: Vec<String> = counts.iter().map(|(kind, n)| format!("{n} {}", text::words(kind))).collect();
+        let mut told =
             format!("\nevents         {}\n", if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
         let routine = ["cued", "acquired", "orbit-feasible", "uavs-apart"];
-        let telling: Vec<&Event> = self.events.iter().filter(|event| !routine.contains(&event.kind.as_str())).collect();
+        let telling: Vec<&Event> = events.iter().filter(|event| !routine.contains(&event.kind.as_str())).collect();
         for event in telling.iter().take(EVENTS_SHOWN) {
-            text += &format!("{:8.1} s  {:17}  {}: {}\n", event.time_s, event.kind, event.who(), event.reason);
+            let [kind, who, reason] = [&event.kind, &event.who(), &event.reason].map(|part| text::words(part));
+            told += &format!("{:8.1} s  {kind:17}  {who}: {reason}\n", event.time_s);
         }
         if telling.len() > EVENTS_SHOWN {
-            text += &format!("  and {} more in summary.json\n", telling.len() - EVENTS_SHOWN);
+            told += &format!("  and {} more in summary.json\n", telling.len() - EVENTS_SHOWN);
         }
-        text
+        if *left_out > 0 {
+            told += &format!("  and {left_out} later events of any kind in events.parquet\n");
+        }
+        told
+    }
+}
+
+impl Events {
+    /// Takes in an event of a run whose targets have these names.
+    pub(crate) fn add(&mut self, time_us: i64, row: &EventRow, names: &[String]) {
+        let is_known = self.counts.contains_key(&row.kind);
+        let kind = if is_known || self.counts.len() < KINDS { row.kind.as_str() } else { "of other kinds" };
+        match self.counts.get_mut(kind) {
+            Some(count) => *count += 1,
+            None => drop(self.counts.insert(kind.to_owned(), 1)),
+        }
+        let name = row.target.and_then(|target| names.get(target as usize));
+        if self.allowance.takes(row, name.map(String::as_str)) {
+            let EventRow { kind, target: _, group, to_group, uavs, reason } = row.clone();
+            let target = name.cloned();
+            self.events.push(Event { time_s: time_us as f64 / 1e6, kind, target, group, to_group, uavs, reason });
+        }
+        self.left_out = self.allowance.left_out();
+    }
+
+    /// How many there are of a kind.
+    pub(crate) fn count(&self, kind: &str) -> usize {
+        self.counts.get(kind).copied().unwrap_or(0)
+    }
+
+    /// How many are not told one by one.
+    pub(crate) fn left_out(&self) -> u64 {
+        self.left_out
     }
 }
 

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_sim::record::{Closed, Frame, Kept, MAX_ROWS, Occupancy, Writer, occupancy};
+use standoff_sim::record::{Closed, Frame, Kept, MAX_ROWS, Occupancy, Writer, in_the_way, occupancy};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
+use standoff_sim::text;
 use standoff_sim::world::World;
 use standoff_view::replay::Line;
 use standoff_view::serve::Server;
@@ -96,8 +97,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let there = occupancy(&out);
     if there == Occupancy::Other {
-        let what = "holds something other than a run; choose another folder with --out";
-        return Err(Failure::Input(format!("{}: {what}", out.display())));
+        let (what, advice) = (text::words(&in_the_way(&out)), "choose another folder with --out");
+        return Err(Failure::Input(format!("{}: holds something other than a run ({what}); {advice}", out.display())));
     }
     let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;

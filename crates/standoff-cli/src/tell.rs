@@ -3,15 +3,16 @@
 use std::path::Path;
 
 use standoff_sim::disk;
-use standoff_sim::record::{EventRow, Frame, Record, RecordError};
+use standoff_sim::record::{Record, RecordError};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
+use standoff_sim::text;
 use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
 use crate::failure::{Failure, note};
-use crate::outcome::{Event, Outcome, lines};
+use crate::outcome::{Events, Outcome, lines};
 
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
@@ -28,20 +29,19 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     if !record.has_truth() {
         note("note: the record has no truth table; scores that need it are missing");
     }
-    let label = dir.join("scenario.toml").display().to_string();
-    let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
+    let settings = settings_of(&record)?;
     let rules = Rules::of(&settings);
     let mut scorer = Scorer::new(rules, choice);
     let rows = record.target_rows().map_err(unreadable)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let (mut encoder, mut parts) = (Encoder::new(&rules, stride), Vec::new());
-    let (mut events, mut uavs) = (Vec::new(), 0);
+    let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(unreadable)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
         scorer.frame(frame);
         parts.extend(encoder.frame(frame));
         uavs = uavs.max(frame.uavs.len());
-        events.extend(events_of(frame, record.target_names()));
+        frame.events.iter().for_each(|row| events.add(frame.time_us, row, record.target_names()));
     });
     let manifest = record.manifest();
     let setup = setup(manifest.title(), &settings);
@@ -58,10 +58,11 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
         duration_s: manifest.duration_s,
         unfinished_after_s: record.ends_s(),
         uavs,
-        targets: events.iter().filter(|event: &&Event| event.kind == "cued").count(),
+        targets: events.count("cued"),
         metrics: Chosen { metrics: scorer.metrics(), choice },
         events,
     };
+    tell_left_out(outcome.events.left_out());
     save(&to.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
@@ -78,22 +79,35 @@ pub(crate) fn tell_end(record: &Record) {
     }
 }
 
+/// The settings of the run in a record.
+pub(crate) fn settings_of(record: &Record) -> Result<Settings, Failure> {
+    let path = record.dir().join("scenario.toml");
+    let settings = Settings::of_record(&path.display().to_string(), record.scenario_toml()).map_err(Failure::input)?;
+    let manifest = record.manifest();
+    for (key, value, told) in [
+        ("duration_s", settings.duration.s(), manifest.duration_s),
+        ("period_s", settings.period.s(), manifest.period_s),
+    ] {
+        // Times are whole microseconds.
+        if (value - told).abs() > 1e-6 {
+            let what = format!("{key} = {value}, and run.json beside it says {told}");
+            let advice = "copy the record again, or run it again";
+            return Err(Failure::Input(format!("{}: {what}: they are not of one run; {advice}", text::path(&path))));
+        }
+    }
+    Ok(settings)
+}
+
 /// A record that is not what it should be is wrong input.
-fn unreadable(error: RecordError) -> Failure {
+pub(crate) fn unreadable(error: RecordError) -> Failure {
     if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
 }
 
-fn events_of(frame: &Frame, names: &[String]) -> Vec<Event> {
-    let event = |row: &EventRow| Event {
-        time_s: frame.time_us as f64 / 1e6,
-        kind: row.kind.clone(),
-        target: row.target.and_then(|target| names.get(target as usize).cloned()),
-        group: row.group,
-        to_group: row.to_group,
-        uavs: row.uavs.clone(),
-        reason: row.reason.clone(),
-    };
-    frame.events.iter().map(event).collect()
+/// Says so if there are more events than a page is given.
+pub(crate) fn tell_left_out(events: u64) {
+    if events > 0 {
+        note(&format!("note: the run has more events than are told one by one: {events} are in events.parquet only"));
+    }
 }
 
 /// What figures need to know of a mission.

@@ -18,7 +18,7 @@ use crate::failure::{Failure, note, print, refused};
 use crate::interruption::Interruption;
 use crate::outcome::{Wanted, lines};
 use crate::run::DEFAULT_SCENARIO;
-use crate::tell::tell_end;
+use crate::tell::{settings_of, tell_end, unreadable};
 use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -119,14 +119,14 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     }
     let record = Record::open(dir).map_err(Failure::input)?;
     tell_end(&record);
-    let label = dir.join("scenario.toml").display().to_string();
-    let settings = Settings::of_record(&label, record.scenario_toml()).map_err(Failure::input)?;
+    let settings = settings_of(&record)?;
     let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false)?;
     let choice = args.metrics.choice;
     let dir = PathBuf::from(dir);
+    let frames = record.frames().map_err(unreadable)?;
     let work = move |watched: Watched| {
         let mut told = Told::new(watched, &settings, choice);
-        for frame in record.frames().map_err(Failure::running)? {
+        for frame in frames {
             match frame {
                 Ok(frame) => told.frame(&frame),
                 Err(error) => {

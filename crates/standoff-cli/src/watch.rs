@@ -15,7 +15,7 @@ use standoff_view::serve::{Limits, Server, Site};
 
 use crate::failure::{Failure, note};
 use crate::interruption::Interruption;
-use crate::tell::setup;
+use crate::tell::{setup, tell_left_out};
 
 /// Least time between two looks at a run that is being flown: more often, a page would only be busier.
 const LOOK: Duration = Duration::from_millis(250);
@@ -120,6 +120,7 @@ impl Watched {
         if let Some(part) = self.encoder.part() {
             self.replay.add(part);
         }
+        tell_left_out(self.encoder.events_left_out());
         (self.head.outcome, self.head.live) = (outcome, false);
         self.replay.finish(&self.head).map_err(Failure::running)
     }

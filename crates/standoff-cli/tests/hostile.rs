@@ -13,6 +13,7 @@ use std::sync::LazyLock;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use standoff_sim::record::{EventRow, Frame, Record, Writer};
 use tempfile::TempDir;
 
 /// Memory in KiB (of addresses, which is more than of use), processor time in s.
@@ -422,6 +423,9 @@ fn a_manifest_that_is_none_is_refused() {
         (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; 0e0 to 1e9"),
         (with("\"format\": 3", "\"format\": 99"), "has record format 99"),
         (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
+        (with("\"seed\": 1", "\"seed\": 1,\n  \"seed\": 1"), "duplicate field `seed` at line 6 column 8"),
+        (with("\"scenario\": \"", &format!("\"scenario\": \"{}", "x".repeat(60_000))), "at most 1000"),
+        (with("\"version\": \"", &format!("\"version\": \"{}", "\\u001b".repeat(200))), "at most 100"),
     ] {
         check_record("run.json", &bytes, expected);
     }
@@ -442,6 +446,108 @@ fn tables_that_are_none_are_refused() {
     check_record("tracks.parquet", &long_footer, "it does not end as a Parquet file");
     let folder = damaged("run", |run| File::create(run.join("uavs.parquet")).unwrap().set_len(1_000_000_000).unwrap());
     check_refused(folder.path(), &["show", "run"], &["run/uavs.parquet", "does not end as a Parquet file"]);
+}
+
+/// What a colleague's program has saved again is not damaged: copying it again would not help.
+#[test]
+fn tables_in_a_format_that_is_not_read_are_told_with_what_to_do() {
+    // In a table's description: Snappy (1), then the name of a column and the last of its encodings, RLE (3), before it.
+    let advice = "save it again with plain or dictionary encoding, and compressed by snappy or not at all";
+    let name = b"\x19\x18\x03uav\x15\x02";
+    let uavs = fs::read(GOOD.path().join("run/uavs.parquet")).unwrap();
+    let at = uavs.windows(name.len()).rposition(|bytes| bytes == name).unwrap();
+    for (codec, told) in [(2, "GZIP"), (4, "BROTLI"), (5, "LZ4"), (6, "ZSTD"), (7, "LZ4_RAW")] {
+        let mut table = uavs.clone();
+        table[at + name.len() - 1] = 2 * codec;
+        check_record("uavs.parquet", &table, &format!("its column uav is compressed by {told}; {advice}"));
+    }
+    let mut table = uavs.clone();
+    table[at - 1] = 2 * 5;
+    check_record("uavs.parquet", &table, &format!("its column uav has the encoding DELTA_BINARY_PACKED; {advice}"));
+}
+
+#[test]
+fn files_of_another_run_or_cut_off_are_refused() {
+    let other = tempfile::tempdir().unwrap();
+    let flight = ["run", "tour/02-two-uavs", "--set", "duration_s=150", "--out", "run"];
+    assert!(standoff_unlimited(other.path(), &flight).status.success());
+    let files = ["run.json", "scenario.toml", "uavs.parquet", "tracks.parquet", "groups.parquet", "truth.parquet"];
+    for name in files {
+        let bytes = fs::read(other.path().join("run").join(name)).unwrap();
+        let folder = damaged("run", |run| fs::write(run.join(name), &bytes).unwrap());
+        // Both are named where they contradict one another.
+        check_refused(
+            folder.path(),
+            &["show", "run"],
+            &[&format!("run/{}", name.replace("run.json", "scenario.toml"))],
+        );
+        if name.ends_with("parquet") {
+            let good = fs::read(GOOD.path().join("run").join(name)).unwrap();
+            (0..20).for_each(|part| check_record(name, &good[..good.len() * part / 20], "damaged"));
+        }
+    }
+}
+
+#[test]
+fn a_name_that_a_terminal_would_obey_is_shown_escaped() {
+    let name = "\\u001b[2J\\n\\u202e".to_owned() + &"x".repeat(900);
+    let folder = damaged("run", |run| {
+        let text = fs::read_to_string(run.join("run.json")).unwrap();
+        fs::write(run.join("run.json"), text.replace("tour/01-one-uav", &name)).unwrap();
+    });
+    let output = standoff(folder.path(), &["show", "run"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = String::from_utf8(output.stdout).unwrap();
+    let first = told.lines().next().unwrap();
+    assert!(first.starts_with("\\u{1b}[2J\\n\\u{202e}xxx") && first.contains("xxx..., seed 1: 1 UAV"), "{first}");
+    assert!(first.len() < 300, "{first}");
+}
+
+/// Without rows there is nothing to tell of: it is the table of UAVs that says so.
+#[test]
+fn tables_without_rows_are_refused() {
+    let empty = tempfile::tempdir().unwrap();
+    let path = empty.path().join("empty");
+    let record = Record::open(&GOOD.path().join("run")).unwrap();
+    let names = record.target_names();
+    Writer::create(&path, record.manifest(), record.scenario_toml(), names).unwrap().finish().unwrap();
+    check_refused(empty.path(), &["show", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
+    check_refused(empty.path(), &["view", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
+    check_record("uavs.parquet", &fs::read(path.join("uavs.parquet")).unwrap(), "it has no rows");
+}
+
+/// Rows that are all the same take next to nothing in a file.
+#[test]
+fn of_very_many_events_the_first_are_told_and_the_others_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = Record::open(&GOOD.path().join("run")).unwrap();
+    let path = folder.path().join("run");
+    let mut writer = Writer::create(&path, record.manifest(), record.scenario_toml(), record.target_names()).unwrap();
+    let event = EventRow {
+        kind: "lost".to_owned(),
+        target: Some(0),
+        group: None,
+        to_group: None,
+        uavs: (0..50).collect(),
+        reason: "\u{1b}".repeat(1000),
+    };
+    for frame in record.frames().unwrap().take(20) {
+        let frame = Frame { events: vec![event.clone(); 20_000], ..frame.unwrap() };
+        writer.frame(&frame).unwrap();
+    }
+    writer.finish().unwrap();
+    let bytes: u64 = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
+    assert!(bytes < 200_000, "{bytes}");
+    let output = standoff(folder.path(), &["show", "run"]);
+    assert!(output.status.success(), "{:?}", output.status);
+    // 8 MiB of 1,812 bytes each.
+    let notes = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(notes, "note: the run has more events than are told one by one: 395371 are in events.parquet only\n");
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("events         400000 lost\n") && told.contains("395371 later events"), "{told}");
+    let summary = fs::read(path.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    assert_eq!((summary["events"].as_array().unwrap().len(), &summary["events_left_out"]), (4629, &395_371.into()));
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub use batch::{Batch, Shard};
 pub use compare::{BadEnd, Better, Comparison, Paired, compare, compare_results};
 pub use error::MonteCarloError;
 pub use merge::merge;
-pub use results::{Results, Summary};
+pub use results::{Results, Runs, Summary};
 pub use settings::Settings;
 pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 

@@ -8,6 +8,8 @@
 //! Until it is whole it lies in a folder beside its place, says that it is unfinished, and can be read up to its last
 //! checkpoint.
 
+mod allowance;
+mod bounds;
 pub(crate) mod checkpoint;
 pub(crate) mod column;
 mod error;
@@ -15,7 +17,7 @@ mod folder;
 mod frame;
 #[cfg(test)]
 mod fuzz;
-mod manifest;
+pub(crate) mod manifest;
 mod plausible;
 mod reader;
 mod rows;
@@ -23,8 +25,9 @@ pub(crate) mod table;
 mod thrift;
 mod writer;
 
+pub use allowance::EventAllowance;
 pub use error::RecordError;
-pub use folder::{Occupancy, occupancy};
+pub use folder::{Occupancy, in_the_way, occupancy};
 pub use frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use manifest::{FORMAT, Manifest};
 pub use plausible::MAX_ROWS;

@@ -341,6 +341,19 @@ fn only_every_shard_of_one_batch_once_makes_a_whole() {
     merge(&["2", "0", "1"]).unwrap();
 }
 
+#[test]
+#[cfg(unix)]
+fn the_table_of_runs_is_opened_once_for_however_many_metrics() {
+    let home = tempfile::tempdir().unwrap();
+    let template = pair(&[]);
+    let results = fly_whole(home.path(), &template, &batch(&template, 3, None), 1);
+    let (summary, runs) = (results.summary().unwrap(), results.runs().unwrap());
+    fs::remove_file(home.path().join("runs.parquet")).unwrap();
+    assert_eq!(runs.summary().unwrap(), summary);
+    assert_eq!(runs.column("anees").unwrap().len(), 3);
+    assert!(results.runs().is_err());
+}
+
 /// No byte of a result can change unnoticed, be it a number of a row or of what was flown.
 #[test]
 fn a_changed_result_is_refused() {
@@ -364,6 +377,11 @@ fn a_changed_result_is_refused() {
     check_refused(Results::open(home.path()).unwrap().summary(), &["the row of run 0 with seed 6 is not in its place"]);
     fs::write(&manifest, text.replace("\"format\": 1", "\"format\": 2")).unwrap();
     check_refused(Results::open(home.path()), &["monte-carlo.json has format 2"]);
+    fs::write(&manifest, text.replace("\"seed\": 5", "\"seed\": 5,\n\"seed\": 5")).unwrap();
+    check_refused(Results::open(home.path()), &["monte-carlo.json is damaged", "duplicate field `seed` at line 6"]);
+    let long = format!("\"scenario\": \"{}", "x".repeat(1000));
+    fs::write(&manifest, text.replace("\"scenario\": \"", &long)).unwrap();
+    check_refused(Results::open(home.path()), &["monte-carlo.json is damaged", "characters; at most 1000"]);
     fs::write(&manifest, &text[..50]).unwrap();
     check_refused(Results::open(home.path()), &["monte-carlo.json is damaged"]);
 }

@@ -34,7 +34,7 @@ fn a_run_of_many_row_groups_comes_back() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let frames = frames(1_000, 2, 100);
-    write(&dir, &frames);
+    write_of(&dir, &names(100), &frames);
     let mut read = Record::open(&dir).unwrap().frames().unwrap();
     for frame in &frames {
         assert_eq!(&read.next().unwrap().unwrap(), frame);
@@ -49,9 +49,87 @@ fn tables_without_rows_come_back_empty() {
     let frame = Frame { uavs: vec![uav(0, 1.0)], ..Frame::default() };
     write(&dir, std::slice::from_ref(&frame));
     assert_eq!(read(&dir).unwrap(), [frame]);
+}
 
-    write(&dir, &[]);
-    assert_eq!(read(&dir).unwrap(), []);
+#[test]
+fn a_table_of_uavs_without_rows_is_blamed_for_having_none() {
+    let home = TempDir::new().unwrap();
+    let (dir, empty) = (home.path().join("run"), home.path().join("empty"));
+    write(&empty, &[]);
+    write(&dir, &frames(10, 2, 4));
+    fs::copy(empty.join("uavs.parquet"), dir.join("uavs.parquet")).unwrap();
+    for dir in [empty, dir] {
+        let error = read(&dir).unwrap_err();
+        assert!(error.to_string().contains("uavs.parquet is damaged: it has no rows"), "{error}");
+    }
+}
+
+#[test]
+fn names_that_could_not_be_read_again_are_not_written() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    for (names, expected) in [
+        (vec!["x".repeat(1000); 31_458], "the names of its targets have more than 31457280 bytes together"),
+        (vec![String::new(); 100_001], "it has more than 100000 targets"),
+    ] {
+        let error = Writer::create(&dir, &manifest(), SCENARIO, &names).map(drop).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+        assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
+    }
+    write_of(&dir, &vec!["x".repeat(1000); 31_457], &frames(1, 2, 4));
+    assert_eq!(read(&dir).unwrap().len(), 1);
+}
+
+/// Expects frames that `spoil` takes beyond the bounds of their run to be refused, written and read.
+#[track_caller]
+fn check_beyond(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let mut frames = frames(3, 2, 4);
+    write(&dir, &frames);
+    // Of a longer run with more targets, it is good.
+    frames.iter_mut().for_each(&spoil);
+    let (other, long) = (home.path().join("other"), Manifest::new("two", 1, 900.0, 0.2));
+    let mut writer = Writer::create(&other, &long, SCENARIO, &names(6)).unwrap();
+    frames.iter().for_each(|frame| writer.frame(frame).unwrap());
+    writer.finish().unwrap();
+    let refused = create(&home.path().join("refused")).unwrap().frame(&frames[0]).unwrap_err().to_string();
+    assert!(refused.contains(expected), "{refused}");
+    for table in ["uavs", "truth", "tracks", "groups", "detections", "events"] {
+        fs::copy(other.join(format!("{table}.parquet")), dir.join(format!("{table}.parquet"))).unwrap();
+    }
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains(&format!("{table}.parquet is damaged: ")) && error.contains(expected), "{error}");
+}
+
+#[test]
+fn rows_beyond_the_run_are_neither_written_nor_read() {
+    let last_truth = |frame: &mut Frame| frame.truth.push(truth(4, 0.0));
+    check_beyond(last_truth, "truth", "it has target 4 at 0 s, and the run has 4 targets");
+    let last_track = |frame: &mut Frame| {
+        let stranger = frame.tracks.last().map(|row| TrackRow { target: 5, ..*row });
+        frame.tracks.extend(stranger);
+    };
+    check_beyond(last_track, "tracks", "it has target 5 at 0 s, and the run has 4 targets");
+    let detection = DetectionRow { uav: 0, target: 4, range_m: 1.0, bearing_rad: 0.0 };
+    check_beyond(|frame| frame.detections.push(detection), "detections", "it has target 4 at 0 s");
+    let later = |frame: &mut Frame| frame.time_us += 600_000_001;
+    check_beyond(later, "uavs", "it has rows at 600.000001 s; 0 to 600 s, the length of the run");
+}
+
+#[test]
+fn a_run_has_up_to_a_hundred_uavs_whenever_they_come() {
+    let home = TempDir::new().unwrap();
+    let mut writer = create(&home.path().join("run")).unwrap();
+    let mut come = |first: u32, instant: i64| {
+        let uavs = (first..first + 50).map(|id| uav(id, 1.0)).collect();
+        writer.frame(&Frame { time_us: instant, uavs, ..Frame::default() })
+    };
+    come(0, 0).unwrap();
+    come(u32::MAX >> 2, 1).unwrap();
+    come(0, 2).unwrap();
+    let error = come(1, 3).unwrap_err().to_string();
+    assert!(error.contains("it has more than 100 UAVs by 0.000003 s"), "{error}");
 }
 
 #[test]
@@ -157,6 +235,15 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
     fs::write(&path, text.replace(r#""format": 3"#, r#""format": 2"#)).unwrap();
     assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));
 
+    for (what, expected) in [
+        (r#""scenario": "two","scenario": "two""#, "duplicate field `scenario` at line 4 column 30"),
+        (&format!(r#""scenario": "{}""#, "x".repeat(1001)), "has 1001 characters; at most 1000"),
+    ] {
+        fs::write(&path, text.replace(r#""scenario": "two""#, what)).unwrap();
+        let error = Record::open(&dir).unwrap_err().to_string();
+        assert!(error.contains("run.json is damaged") && error.contains(expected), "{error}");
+    }
+
     let later = r#"{"format": 4, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
@@ -205,18 +292,19 @@ fn an_older_run_with_its_figures_is_replaced_when_the_new_one_is_complete() {
 fn what_is_not_ours_is_refused_and_kept() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    let spoilers: [fn(&Path); 4] = [
-        |dir| fs::write(dir.join("notes.txt"), "mine").unwrap(),
-        |dir| fs::create_dir(dir.join("old.svg")).unwrap(),
-        |dir| fs::remove_file(dir.join("run.json")).unwrap(),
-        |dir| fs::write(dir.join("run.json"), "{}").unwrap(),
+    let spoilers: [fn(&Path) -> &'static str; 4] = [
+        |dir| fs::write(dir.join("notes.txt"), "mine").map(|()| "(notes.txt)").unwrap(),
+        |dir| fs::create_dir(dir.join("old.svg")).map(|()| "(old.svg)").unwrap(),
+        |dir| fs::remove_file(dir.join("run.json")).map(|()| "(run.json is none or no record's)").unwrap(),
+        |dir| fs::write(dir.join("run.json"), "{}").map(|()| "(run.json is none or no record's)").unwrap(),
     ];
     for spoil in spoilers {
         write(&dir, &frames(1, 2, 4));
-        spoil(&dir);
+        let what = spoil(&dir);
         assert_eq!(occupancy(&dir), Occupancy::Other);
         let before = listing(&dir);
-        assert!(matches!(create(&dir), Err(RecordError::Occupied { .. })));
+        let error = create(&dir).map(drop).unwrap_err();
+        assert!(matches!(error, RecordError::Occupied { .. }) && error.to_string().contains(what), "{error}");
         assert_eq!(listing(&dir), before);
         assert!(!partial(&dir).exists());
         fs::remove_dir_all(&dir).unwrap();
@@ -242,13 +330,14 @@ fn a_link_to_a_run_is_not_followed() {
 fn a_folder_that_is_filled_meanwhile_is_kept_and_so_is_the_record() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    let writer = create(&dir).unwrap();
+    let mut writer = create(&dir).unwrap();
+    writer.frame(&frame(0, 2, 4)).unwrap();
     fs::create_dir(&dir).unwrap();
     fs::write(dir.join("notes.txt"), "mine").unwrap();
     let error = writer.finish().unwrap_err();
     assert!(matches!(error, RecordError::NotMoved { .. }), "{error}");
     assert!(dir.join("notes.txt").exists());
-    assert_eq!(read(&partial(&dir)).unwrap(), []);
+    assert_eq!(read(&partial(&dir)).unwrap(), frames(1, 2, 4));
 }
 
 #[test]
@@ -270,7 +359,7 @@ fn a_record_that_breaks_off_is_read_up_to_its_last_checkpoint() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let flown = frames(1_000, 2, 100);
-    let mut writer = create(&dir).unwrap();
+    let mut writer = Writer::create(&dir, &manifest(), SCENARIO, &names(100)).unwrap();
     writer.checkpoint().unwrap();
     assert_eq!(writer.kept(), None, "there is nothing to keep yet");
     flown[..700].iter().for_each(|frame| writer.frame(frame).unwrap());
@@ -282,7 +371,7 @@ fn a_record_that_breaks_off_is_read_up_to_its_last_checkpoint() {
         assert!(record.manifest().unfinished);
         assert_eq!(record.manifest().title(), format!("two, seed {}, unfinished", u64::MAX));
         assert_eq!(record.ends_s(), Some(kept.until_s));
-        assert_eq!((record.target_names(), record.target_rows().unwrap()), (&names(4)[..], 70_000));
+        assert_eq!((record.target_names(), record.target_rows().unwrap()), (&names(100)[..], 70_000));
         assert!(record.frames().unwrap().map(Result::unwrap).eq(flown[..700].iter().cloned()));
     };
     look();
@@ -315,8 +404,8 @@ fn checkpoints_change_no_byte_of_the_record() {
     let home = TempDir::new().unwrap();
     let (dir, plain) = (home.path().join("run"), home.path().join("plain"));
     let flown = frames(1_000, 2, 100);
-    write(&plain, &flown);
-    let mut writer = create(&dir).unwrap();
+    write_of(&plain, &names(100), &flown);
+    let mut writer = Writer::create(&dir, &manifest(), SCENARIO, &names(100)).unwrap();
     for (frame, nth) in flown.iter().zip(0..) {
         writer.frame(frame).unwrap();
         if nth % 300 == 0 {
@@ -388,12 +477,13 @@ fn a_replacement_that_breaks_off_at_any_step_loses_and_mixes_nothing() {
         write(&place("new"), &frames(2, 2, 4));
         moves.iter().for_each(|(from, to)| fs::rename(place(from), place(to)).unwrap());
         let _ = fs::remove_dir_all(place("old"));
-        let writer = create(&place("run")).unwrap();
+        let mut writer = create(&place("run")).unwrap();
+        writer.frame(&frame(0, 2, 4)).unwrap();
         assert_eq!(writer.set_aside(), None);
         assert_eq!(read(&place("run")).unwrap().len(), 2, "{moves:?}");
         assert_eq!(listing(home.path()), [place("run"), place("run.partial")], "{moves:?}");
         writer.finish().unwrap();
-        assert_eq!(read(&place("run")).unwrap().len(), 0);
+        assert_eq!(read(&place("run")).unwrap().len(), 1);
         assert_eq!(listing(home.path()), [place("run")]);
     }
 }
@@ -503,7 +593,11 @@ fn create(dir: &Path) -> Result<Writer, RecordError> {
 }
 
 fn write(dir: &Path, frames: &[Frame]) {
-    let mut writer = create(dir).unwrap();
+    write_of(dir, &names(4), frames);
+}
+
+fn write_of(dir: &Path, names: &[String], frames: &[Frame]) {
+    let mut writer = Writer::create(dir, &manifest(), SCENARIO, names).unwrap();
     for frame in frames {
         writer.frame(frame).unwrap();
     }

@@ -54,7 +54,9 @@ impl Batch {
 
     /// The same, with every value only if there are at most so many.
     fn holding(most: u64, results: &[Results]) -> Result<Self, MonteCarloError> {
-        let mut variants = results.iter().map(Variant::of).collect::<Result<Vec<_>, _>>()?;
+        let runs = results.iter().map(Results::runs).collect::<Result<Vec<_>, _>>()?;
+        let variants = results.iter().zip(&runs).map(|(results, runs)| Variant::of(results, runs));
+        let mut variants = variants.collect::<Result<Vec<_>, _>>()?;
         variant::tell_apart(&mut variants);
         let values: u64 = variants.iter().map(Variant::size).sum();
         let mut names: Vec<&str> = Vec::new();
@@ -67,8 +69,8 @@ impl Batch {
         for name in names {
             // One metric at a time: of a large batch, memory never holds more.
             let mut columns = Vec::new();
-            for (results, variant) in results.iter().zip(&mut variants) {
-                let column = if variant.has(name) { results.column(name)? } else { Vec::new() };
+            for (runs, variant) in runs.iter().zip(&mut variants) {
+                let column = if variant.has(name) { runs.column(name)? } else { Vec::new() };
                 variant.take(name, &column, values <= most);
                 columns.push(column);
             }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::results::{self, Results};
 use super::{MonteCarloError, Values, journal};
+use crate::record::manifest::{MAX_NAME, MAX_VERSION, check_length};
 use crate::scenario::Template;
 use crate::score::{Choice, Metrics};
 use crate::text::{quoted, words};
@@ -124,6 +125,9 @@ impl Batch {
     /// Refuses what no batch can be: it was read from a file.
     pub(super) fn check(&self) -> Result<(), MonteCarloError> {
         check_runs(self.seed, self.runs, self.shard)?;
+        let lengths = check_length("scenario", &self.scenario, MAX_NAME)
+            .and_then(|()| check_length("version", &self.version, MAX_VERSION));
+        lengths.map_err(MonteCarloError::Name)?;
         // Another version may have metrics that this one does not know.
         let is_name = |name: &String| {
             let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';

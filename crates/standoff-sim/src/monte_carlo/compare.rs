@@ -165,9 +165,9 @@ pub fn compare_results(a: &Path, b: &Path) -> Result<Comparison, MonteCarloError
     let common: Vec<&str> =
         a.batch().metrics.iter().filter(|name| b.batch().metrics.contains(name)).map(String::as_str).collect();
     let mut pairs = vec![Vec::new(); common.len()];
-    let mut others = b.rows(common.iter().copied())?.peekable();
+    let mut others = b.runs()?.rows(&common)?.peekable();
     let (mut seed, mut runs) = (None, 0);
-    for row in a.rows(common.iter().copied())? {
+    for row in a.runs()?.rows(&common)? {
         let row = row?;
         while others.next_if(|other| other.as_ref().is_ok_and(|other| other.seed < row.seed)).is_some() {}
         let same = others.next_if(|other| other.as_ref().map_or(true, |other| other.seed == row.seed));

@@ -53,6 +53,9 @@ pub enum MonteCarloError {
         /// Number of runs.
         runs: u64,
     },
+    /// A name is no name.
+    #[error("{0}")]
+    Name(String),
     /// The metrics do not exist.
     #[error("metrics: {0}")]
     Metrics(String),

@@ -50,7 +50,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     parts.sort_by_key(|(shard, _)| *shard);
     // An empty journal keeps other processes away, and tells what this folder is for if this one ends.
     let journal = Journal::open(out, &whole)?;
-    let rows = parts.iter().flat_map(|(_, part)| match part.values() {
+    let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.values()) {
         Ok(rows) => Box::new(rows) as Box<dyn Iterator<Item = _>>,
         Err(error) => Box::new(std::iter::once(Err(error))),
     });

@@ -14,7 +14,7 @@ use crate::disk::{self, PARTIAL};
 use crate::input;
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
-use crate::record::table::{Row, TableReader, TableWriter};
+use crate::record::table::{Row, Source, TableReader, TableWriter};
 use crate::score::Metrics;
 
 const MANIFEST: &str = "monte-carlo.json";
@@ -46,12 +46,25 @@ pub struct Summary {
 }
 
 /// `monte-carlo.json`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 struct Manifest {
     #[serde(flatten)]
     batch: Batch,
     /// Checksum of `runs.parquet`.
     runs_crc32: u32,
+}
+
+impl Manifest {
+    /// In two goes, because what is flattened does not know its place in the text any more, which messages tell.
+    fn of_json(json: &[u8]) -> serde_json::Result<Self> {
+        #[derive(Deserialize)]
+        struct Seal {
+            runs_crc32: u32,
+        }
+        let batch = serde_json::from_slice(json)?;
+        let Seal { runs_crc32 } = serde_json::from_slice(json)?;
+        Ok(Self { batch, runs_crc32 })
+    }
 }
 
 /// A row of `runs.parquet`: fixed columns, then one per metric.
@@ -111,7 +124,7 @@ impl Results {
         let bytes = input::bytes(&path, MAX_BATCH).map_err(|reason| RecordError::read(&path, reason))?;
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         check_format(&bytes, &path)?.map_err(damaged)?;
-        let manifest: Manifest = serde_json::from_slice(&bytes).map_err(damaged)?;
+        let manifest = Manifest::of_json(&bytes).map_err(damaged)?;
         manifest.batch.check().map_err(|error| RecordError::damaged(&path, error.to_string()))?;
         let path = dir.join(RUNS);
         let found = fs::metadata(&path).map_err(|reason| RecordError::read(&path, reason))?;
@@ -132,9 +145,14 @@ impl Results {
         &self.manifest.batch
     }
 
+    /// Opens the table of its runs: once for however many metrics.
+    pub fn runs(&self) -> Result<Runs<'_>, MonteCarloError> {
+        Runs::open(self.batch(), self.dir.join(RUNS))
+    }
+
     /// The statistics, from the rows.
     pub fn summary(&self) -> Result<Summary, MonteCarloError> {
-        summarise(self.batch(), &self.dir.join(RUNS))
+        self.runs()?.summary()
     }
 
     /// Puts one more file beside those of the batch, as safely: it is there whole, or not at all.
@@ -147,25 +165,6 @@ impl Results {
     pub fn settings(&self) -> Result<Settings, MonteCarloError> {
         let damaged = |error: toml::de::Error| RecordError::damaged(&self.dir.join(MANIFEST), error.message());
         Ok(settings_of(self.batch().scenario_toml()).map_err(damaged)?)
-    }
-
-    /// A metric's values, a value per run, in the order of runs; `None` where a run has none.
-    pub fn column(&self, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
-        column(self.batch(), &self.dir.join(RUNS), metric)
-    }
-
-    /// All values of every run, in order.
-    pub(super) fn values(&self) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + '_, MonteCarloError> {
-        let rows = self.rows(self.batch().metrics.iter().map(String::as_str))?;
-        Ok(rows.map(|row| row.map(|row| row.values)))
-    }
-
-    /// The rows in the order of runs, with the values of these metrics.
-    pub(super) fn rows<'a>(
-        &'a self,
-        metrics: impl IntoIterator<Item = &'a str>,
-    ) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + 'a, MonteCarloError> {
-        rows(self.batch(), self.dir.join(RUNS), metrics)
     }
 }
 
@@ -183,7 +182,7 @@ pub(super) fn are_in(dir: &Path) -> bool {
 
 /// Refuses a folder in which other things lie.
 pub(super) fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
-    let occupied = || RecordError::Occupied { dir: dir.to_owned() };
+    let occupied = || RecordError::Occupied { dir: dir.to_owned(), what: first_in(dir) };
     match fs::read_dir(dir) {
         Err(reason) if reason.kind() == io::ErrorKind::NotFound => Ok(()),
         Err(reason) if reason.kind() == io::ErrorKind::NotADirectory => Err(occupied().into()),
@@ -192,6 +191,15 @@ pub(super) fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
             None => Ok(()),
             Some(_) => Err(occupied().into()),
         },
+    }
+}
+
+/// The first thing in a folder by name, or that it is none.
+fn first_in(dir: &Path) -> String {
+    let names = fs::read_dir(dir).map(|entries| entries.flatten().map(|entry| entry.file_name()).min());
+    match names {
+        Ok(name) => name.unwrap_or_default().to_string_lossy().into_owned(),
+        Err(_) => "it is no folder".to_owned(),
     }
 }
 
@@ -211,7 +219,7 @@ pub(super) fn write(
     table.finish()?;
     let manifest = Manifest { batch: batch.clone(), runs_crc32: checksum(&partial)? };
     let unwritable = |error: serde_json::Error| RecordError::write(dir, error.into());
-    save(dir, SUMMARY, &summarise(batch, &partial)?.json().map_err(unwritable)?)?;
+    save(dir, SUMMARY, &Runs::open(batch, partial.clone())?.summary()?.json().map_err(unwritable)?)?;
     save(dir, MANIFEST, &(serde_json::to_string_pretty(&manifest).map_err(unwritable)? + "\n"))?;
     let path = dir.join(RUNS);
     fs::rename(&partial, &path).map_err(|reason| RecordError::write(&path, reason))?;
@@ -247,61 +255,86 @@ fn checksum(path: &Path) -> Result<u32, RecordError> {
     }
 }
 
-/// Reads a table of runs, and insists that it is the batch's.
-fn rows<'a>(
+/// The table of a batch's runs.
+#[derive(Debug, Clone)]
+pub struct Runs<'a> {
     batch: &'a Batch,
     path: PathBuf,
-    metrics: impl IntoIterator<Item = &'a str>,
-) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + 'a, MonteCarloError> {
-    let mut table = TableReader::<RunRow>::with_columns(path.clone(), columns(metrics))?;
-    let (rows, flown) = (table.rows(), batch.flown().end - batch.flown().start);
-    if rows != flown {
-        let what = format!("it has {rows} rows, the batch {flown} runs");
-        return Err(RecordError::damaged(&path, what).into());
+    table: Source,
+}
+
+impl<'a> Runs<'a> {
+    fn open(batch: &'a Batch, path: PathBuf) -> Result<Self, MonteCarloError> {
+        let table = Source::open(&path)?;
+        Ok(Self { batch, path, table })
     }
-    let mut runs = batch.flown();
-    Ok(std::iter::from_fn(move || {
-        let row = match table.next_row() {
-            Ok(row) => row,
-            Err(error) => return Some(Err(error.into())),
-        };
-        let expected = runs.next().map(|run| (run as i64, batch.seed_of(run) as i64));
-        if row.as_ref().map(|row| (row.run, row.seed)) == expected {
-            return row.map(Ok);
-        }
-        runs = 0..0;
-        let what = match expected {
-            Some((run, seed)) => format!("the row of run {run} with seed {seed} is not in its place"),
-            None => "it has more rows than the batch has runs".to_owned(),
-        };
-        Some(Err(RecordError::damaged(&path, what).into()))
-    }))
-}
 
-/// The values of one metric.
-fn column(batch: &Batch, path: &Path, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
-    rows(batch, path.to_owned(), [metric])?.map(|row| Ok(row?.values.pop().flatten())).collect()
-}
+    /// The statistics of every metric.
+    pub fn summary(&self) -> Result<Summary, MonteCarloError> {
+        // One metric at a time, so that memory holds one column.
+        let statistics = |name: &String| {
+            let mut statistics = Statistics::of(&self.column(name)?);
+            if let Some((_, above, below)) = Metrics::POOLED.iter().find(|(pooled, ..)| pooled == name) {
+                let pooled = pooled_root_ratio(&self.column(above)?, &self.column(below)?);
+                statistics.mean = pooled.map(|pooled| pooled.mean);
+                statistics.ci95 = pooled.and_then(|pooled| pooled.ci95);
+            }
+            Ok((name.clone(), statistics))
+        };
+        let Batch { scenario, seed, runs, shard, metrics, .. } = self.batch;
+        Ok(Summary {
+            scenario: scenario.clone(),
+            seed: *seed,
+            runs: *runs,
+            shard: *shard,
+            metrics: metrics.iter().map(statistics).collect::<Result<_, MonteCarloError>>()?,
+        })
+    }
 
-/// One metric at a time, so that memory holds one column.
-fn summarise(batch: &Batch, path: &Path) -> Result<Summary, MonteCarloError> {
-    let column = |name: &str| column(batch, path, name);
-    let statistics = |name: &String| {
-        let mut statistics = Statistics::of(&column(name)?);
-        if let Some((_, above, below)) = Metrics::POOLED.iter().find(|(pooled, ..)| pooled == name) {
-            let pooled = pooled_root_ratio(&column(above)?, &column(below)?);
-            statistics.mean = pooled.map(|pooled| pooled.mean);
-            statistics.ci95 = pooled.and_then(|pooled| pooled.ci95);
+    /// A metric's values, a value per run, in the order of runs; `None` where a run has none.
+    pub fn column(&self, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
+        self.rows(&[metric])?.map(|row| Ok(row?.values.pop().flatten())).collect()
+    }
+
+    /// All values of every run, in order.
+    pub(super) fn values(
+        &self,
+    ) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + use<'a>, MonteCarloError> {
+        let rows = self.rows(&self.batch.metrics().collect::<Vec<_>>())?;
+        Ok(rows.map(|row| row.map(|row| row.values)))
+    }
+
+    /// The rows in the order of runs, with the values of these metrics; insists that they are the batch's.
+    pub(super) fn rows(
+        &self,
+        metrics: &[&str],
+    ) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + use<'a>, MonteCarloError> {
+        let (batch, path) = (self.batch, self.path.clone());
+        let mut table =
+            TableReader::<RunRow>::of(path.clone(), columns(metrics.iter().copied()), [self.table.clone()])?;
+        let (rows, flown) = (table.rows(), batch.flown().end - batch.flown().start);
+        if rows != flown {
+            let what = format!("it has {rows} rows, the batch {flown} runs");
+            return Err(RecordError::damaged(&path, what).into());
         }
-        Ok((name.clone(), statistics))
-    };
-    Ok(Summary {
-        scenario: batch.scenario.clone(),
-        seed: batch.seed,
-        runs: batch.runs,
-        shard: batch.shard,
-        metrics: batch.metrics.iter().map(statistics).collect::<Result<_, MonteCarloError>>()?,
-    })
+        let mut runs = batch.flown();
+        Ok(std::iter::from_fn(move || {
+            let row = match table.next_row() {
+                Ok(row) => row,
+                Err(error) => return Some(Err(error.into())),
+            };
+            let expected = runs.next().map(|run| (run as i64, batch.seed_of(run) as i64));
+            if row.as_ref().map(|row| (row.run, row.seed)) == expected {
+                return row.map(Ok);
+            }
+            runs = 0..0;
+            let what = match expected {
+                Some((run, seed)) => format!("the row of run {run} with seed {seed} is not in its place"),
+                None => "it has more rows than the batch has runs".to_owned(),
+            };
+            Some(Err(RecordError::damaged(&path, what).into()))
+        }))
+    }
 }
 
 /// Pairs as an object, in their order.

@@ -21,7 +21,7 @@ use parquet::errors::Result as ParquetResult;
 use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData};
 
 use super::rows::TIMED;
-use super::table::{damage, guarded};
+use super::table::{Source, damage, guarded};
 use super::{RecordError, plausible};
 use crate::{disk, input};
 
@@ -83,14 +83,8 @@ pub(super) struct Checkpoint {
 
 #[derive(Debug)]
 struct Table {
-    footer: ParquetMetaData,
-    rows: ParquetMetaData,
-}
-
-/// Row groups, and the file that holds them.
-pub(crate) struct Source {
-    pub(crate) file: Arc<File>,
-    pub(crate) metadata: ParquetMetaData,
+    footer: Arc<ParquetMetaData>,
+    rows: Arc<ParquetMetaData>,
 }
 
 impl Checkpoint {
@@ -124,8 +118,8 @@ impl Checkpoint {
     pub(super) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
         let place = TIMED.iter().position(|name| *name == table)?;
         let Table { footer, rows } = self.tables.get(place)?;
-        let written = Source { file: Arc::new(file), metadata: footer.clone() };
-        Some([written, Source { file: Arc::clone(&self.file), metadata: rows.clone() }])
+        let written = Source { file: Arc::new(file), metadata: Arc::clone(footer) };
+        Some([written, Source { file: Arc::clone(&self.file), metadata: Arc::clone(rows) }])
     }
 }
 
@@ -141,7 +135,7 @@ fn split_table(bytes: &[u8], at: usize) -> ParquetResult<(Table, &[u8])> {
     };
     let (footer, rows, rest) = split().ok_or_else(|| damage("a table breaks off"))?;
     let offset = i64::try_from(at + 8 + 8 + footer.len())?;
-    let table = Table { footer: last_footer(footer)?, rows: moved(last_footer(rows)?, offset)? };
+    let table = Table { footer: last_footer(footer)?.into(), rows: moved(last_footer(rows)?, offset)?.into() };
     Ok((table, rest))
 }
 

@@ -122,6 +122,11 @@ impl Column {
             .build()
     }
 
+    /// How Parquet holds its values.
+    pub(crate) fn physical(&self) -> Physical {
+        self.values.physical()
+    }
+
     /// The column can be read from such a column of a file. Other programs make every column
     /// optional when they copy a table: it is enough that the values are there.
     pub(crate) fn fits(&self, other: &ColumnDescriptor) -> bool {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
 
+use super::folder;
 use crate::text;
 
 /// Why a record cannot be written or read. The message is complete: it has no source to append.
@@ -33,6 +34,18 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
+        what: String,
+    },
+    /// Another program wrote a table again, in a way that is not read here.
+    #[error(
+        "{} cannot be read: {what}; save it again with plain or dictionary encoding, and compressed by snappy or not at \
+         all (pandas: to_parquet(path, compression=\"snappy\"))",
+        text::path(path)
+    )]
+    Foreign {
+        /// The table.
+        path: PathBuf,
+        /// What is not read.
         what: String,
     },
     /// The record is unfinished, and nothing in it can be read yet.
@@ -66,12 +79,15 @@ pub enum RecordError {
     },
     /// Something that is not a run of ours lies where the record should go.
     #[error(
-        "{} holds something other than a run of standoff and is left as it is; name another folder",
-        text::path(dir)
+        "{} holds something other than a run of standoff ({}) and is left as it is; name another folder",
+        text::path(dir),
+        text::words(what)
     )]
     Occupied {
         /// The folder or file in the way.
         dir: PathBuf,
+        /// What in it is not a run's.
+        what: String,
     },
     /// Another run is writing the same record.
     #[error("another run is writing {}; wait until it ends, or name another folder", text::path(dir))]
@@ -121,7 +137,7 @@ pub enum RecordError {
         /// Time since the start of the mission, s.
         time_s: f64,
         /// What is wrong with it.
-        what: &'static str,
+        what: String,
     },
 }
 
@@ -146,6 +162,16 @@ impl RecordError {
         // Libraries repeat what they find.
         let (path, what) = (path.to_owned(), text::words(&what.into()));
         Self::Damaged { path, what }
+    }
+
+    pub(crate) fn occupied(dir: &Path) -> Self {
+        let (dir, what) = (dir.to_owned(), folder::in_the_way(dir));
+        Self::Occupied { dir, what }
+    }
+
+    pub(super) fn foreign(path: &Path, what: String) -> Self {
+        let path = path.to_owned();
+        Self::Foreign { path, what }
     }
 
     /// Of the parquet crate while writing: the system's reason where there is one.

@@ -35,6 +35,18 @@ pub fn occupancy(dir: &Path) -> Occupancy {
     }
 }
 
+/// What at `dir` keeps it from being replaced, for people: of several things the first by name.
+#[must_use]
+pub fn in_the_way(dir: &Path) -> String {
+    if fs::symlink_metadata(dir).is_ok_and(|found| !found.is_dir()) {
+        return "it is no folder".to_owned();
+    }
+    let entries = fs::read_dir(dir).into_iter().flatten().flatten();
+    let others = entries.filter(|entry| !is_ours(entry).unwrap_or(false));
+    let first = others.map(|entry| entry.file_name()).min();
+    first.map_or_else(|| format!("{MANIFEST} is none or no record's"), |name| name.to_string_lossy().into_owned())
+}
+
 /// What a record is called that another one will replace, until that one is whole: as nobody calls a copy of their own,
 /// because it is removed then.
 const OLDER: &str = ".standoff-older";
@@ -75,7 +87,7 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
 /// Refuses a place where something lies that must not be replaced, or beside it.
 fn check_place(dir: &Path, older: &Path) -> Result<(), RecordError> {
     match [dir, older].into_iter().find(|path| occupancy(path) == Occupancy::Other) {
-        Some(path) => Err(RecordError::Occupied { dir: path.to_owned() }),
+        Some(path) => Err(RecordError::occupied(path)),
         None => Ok(()),
     }
 }
@@ -111,8 +123,7 @@ pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordEr
 fn settle(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, RecordError> {
     let left = contents(partial).map_err(|reason| RecordError::read(partial, reason))?;
     if matches!(left, Contents::NotOurs) {
-        let dir = partial.to_owned();
-        return Err(RecordError::Occupied { dir });
+        return Err(RecordError::occupied(partial));
     }
     // Held until what is there is moved.
     let manifest = File::open(partial.join(MANIFEST));

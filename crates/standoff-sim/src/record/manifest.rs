@@ -8,12 +8,17 @@ use serde::{Deserialize, Serialize};
 use super::RecordError;
 use super::folder::MANIFEST;
 use crate::input;
+use crate::text::{quoted, words};
 use crate::traffic::Origin;
 
 /// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
 pub const FORMAT: u64 = 3;
 /// Largest manifest, bytes: one has some 300.
 const MAX_MANIFEST: u64 = 64 << 10;
+/// Longest name of a scenario, characters: that of a file has 255 bytes.
+pub(crate) const MAX_NAME: usize = 1_000;
+/// Longest version, characters.
+pub(crate) const MAX_VERSION: usize = 100;
 /// Records of this format are read, too: they only have no origin.
 const WITHOUT_ORIGIN: u64 = 2;
 
@@ -60,7 +65,7 @@ impl Manifest {
     /// Scenario and seed, as pictures of the run are titled.
     #[must_use]
     pub fn title(&self) -> String {
-        format!("{}, seed {}{}", self.scenario, self.seed, if self.unfinished { ", unfinished" } else { "" })
+        format!("{}, seed {}{}", words(&self.scenario), self.seed, if self.unfinished { ", unfinished" } else { "" })
     }
 
     pub(super) fn to_json(&self) -> Result<String, RecordError> {
@@ -69,6 +74,8 @@ impl Manifest {
                 return Err(RecordError::NotFinite { table: MANIFEST, column: column.to_owned(), time_s: 0.0 });
             }
         }
+        check_length("scenario", &self.scenario, MAX_NAME)
+            .map_err(|what| RecordError::damaged(Path::new(MANIFEST), what))?;
         serde_json::to_string_pretty(self)
             .map(|text| text + "\n")
             .map_err(|error| RecordError::write(Path::new(MANIFEST), error.into()))
@@ -97,6 +104,8 @@ impl Manifest {
 
     /// Refuses what no run can be.
     fn check(&self) -> Result<(), String> {
+        check_length("scenario", &self.scenario, MAX_NAME)?;
+        check_length("version", &self.version, MAX_VERSION)?;
         let mut values = vec![("duration_s", self.duration_s, 0.0..=1e9), ("period_s", self.period_s, 1e-6..=1e9)];
         if let Some(Origin { latitude_deg, longitude_deg }) = self.origin {
             values.push(("origin.latitude_deg", latitude_deg, -90.0..=90.0));
@@ -113,6 +122,14 @@ impl Manifest {
     /// The folder's `run.json` is that of a record, of this format or another one.
     pub(super) fn is_in(dir: &Path) -> bool {
         matches!(Self::read(dir), Ok(_) | Err(RecordError::OtherFormat { .. }))
+    }
+}
+
+/// Refuses a text of more than so many characters.
+pub(crate) fn check_length(key: &str, value: &str, most: usize) -> Result<(), String> {
+    match value.chars().count() {
+        count if count <= most => Ok(()),
+        count => Err(format!("{key} has {count} characters; at most {most}: {}", quoted(value))),
     }
 }
 

@@ -4,9 +4,11 @@
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
+use parquet::basic::Compression;
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 
 use super::thrift::Thrift;
+use crate::text::words;
 
 /// Largest description of a file (schema, row groups), bytes: the widest table has 5 MB at the most rows.
 const MAX_FOOTER: u64 = 8 << 20;
@@ -14,6 +16,9 @@ const MAX_FOOTER: u64 = 8 << 20;
 const MAX_COLUMNS: usize = 1000;
 /// Deepest nesting of columns: the record's own have none.
 const MAX_NESTED: usize = 16;
+/// Most columns of all row groups together: the reader keeps some 700 bytes of each. The widest table has 52,000 at the
+/// most rows.
+const MAX_CHUNKS: usize = 60_000;
 /// Most rows of a table: a day of 1,000 targets every second.
 pub const MAX_ROWS: u64 = 100_000_000;
 /// Largest description of a page, bytes.
@@ -50,6 +55,30 @@ pub(super) fn check_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     }
 }
 
+/// Refuses columns in compressions and encodings that are not read here, and tells which: the file may be as good as any.
+pub(super) fn check_format(metadata: &ParquetMetaData, columns: &[usize]) -> Result<(), String> {
+    for group in metadata.row_groups() {
+        for chunk in columns.iter().filter_map(|&column| group.columns().get(column)) {
+            let name = || words(&chunk.column_path().string());
+            if !matches!(chunk.compression(), Compression::UNCOMPRESSED | Compression::SNAPPY) {
+                // `ZSTD(ZstdLevel(1))`: the level is not in the file.
+                let codec = format!("{:?}", chunk.compression());
+                let codec = codec.split('(').next().unwrap_or_default();
+                return Err(format!("its column {} is compressed by {codec}", name()));
+            }
+            if let Some(encoding) = chunk.encodings().find(|encoding| !is_read(*encoding as i64)) {
+                return Err(format!("its column {} has the encoding {encoding}", name()));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Values in this encoding are read. Levels have one of their own, which has come out of use.
+fn is_read(encoding: i64) -> bool {
+    ENCODINGS.contains(&encoding) || encoding == 4
+}
+
 /// Refuses a description that is not plausible.
 pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
     let mut fault = None;
@@ -65,6 +94,12 @@ pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
                 let rows = thrift.int(value)?;
                 if !u64::try_from(rows).is_ok_and(|rows| rows <= MAX_ROWS) {
                     fault = Some(format!("it says that it has {rows} rows; at most {MAX_ROWS}"));
+                }
+            }
+            4 => {
+                let groups = thrift.structures(value)?;
+                if chunks(thrift, groups)? > MAX_CHUNKS {
+                    fault = Some(format!("its {groups} row groups have more than {MAX_CHUNKS} columns in all"));
                 }
             }
             _ => thrift.skip(value)?,
@@ -125,6 +160,23 @@ fn is_flat(thrift: &mut Thrift<'_>, elements: usize) -> Option<bool> {
         }
     }
     Some(open.iter().all(|&children| children == 0))
+}
+
+/// Reads row groups, and tells how many columns they have together.
+fn chunks(thrift: &mut Thrift<'_>, groups: usize) -> Option<usize> {
+    let mut chunks = 0;
+    for _ in 0..groups {
+        thrift.structure(|thrift, id, value| {
+            if id == 1 {
+                let columns = thrift.structures(value)?;
+                chunks += columns;
+                (0..columns).try_for_each(|_| thrift.structure(|thrift, _, value| thrift.skip(value)))
+            } else {
+                thrift.skip(value)
+            }
+        })?;
+    }
+    Some(chunks)
 }
 
 /// Refuses a column of a row group whose pages are not plausible.
@@ -275,6 +327,19 @@ mod tests {
             let message = page.check().unwrap_err();
             assert!(message.contains(expected), "{message}");
         }
+    }
+
+    #[test]
+    fn very_many_columns_of_row_groups_are_refused() {
+        // {4: [{1: [{}, ...]}, ...]} with 200 columns in each of up to 9,999 groups.
+        let footer = |groups: u16| {
+            let varint = |n: u16| [n as u8 | 0x80, (n >> 7) as u8];
+            let group = [&[0x19, 0xfc][..], &varint(200), &[0; 200], &[0]].concat();
+            [&[0x49, 0xfc][..], &varint(groups), &group.repeat(groups.into()), &[0]].concat()
+        };
+        assert_eq!(check_footer(&footer(300)), Ok(()));
+        let told = "its 301 row groups have more than 60000 columns in all".to_owned();
+        assert_eq!(check_footer(&footer(301)), Err(told));
     }
 
     /// A schema of groups, each in the one before: `{4: name, 5: children}`.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint::{self, Checkpoint};
 use super::folder::SCENARIO;
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
@@ -11,11 +12,6 @@ use super::table::{Row, TableReader, file_of};
 use super::{Manifest, RecordError};
 use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
-
-/// Latest time, microseconds: 30 years.
-const MAX_TIME_US: i64 = 1_000_000_000_000_000;
-/// Most targets: as many as a traffic file may hold vehicles.
-const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
 
 /// A record on disk.
 #[derive(Debug, Clone)]
@@ -102,16 +98,23 @@ impl Record {
         TableReader::open(path)
     }
 
-    /// Begins to read the frames.
+    /// Begins to read the frames, of which there is one at least.
     pub fn frames(&self) -> Result<Frames, RecordError> {
+        let uavs: Merged<UavRow> = Merged::open(self)?;
+        if uavs.ahead.is_none() {
+            let what = "it has no rows: without UAVs there is no instant to tell of";
+            return Err(RecordError::damaged(uavs.table.path(), what));
+        }
         let truth = self.has_truth().then(|| Merged::open(self));
         Ok(Frames {
-            uavs: Merged::open(self)?,
+            uavs,
             truth: truth.transpose()?,
             tracks: Merged::open(self)?,
             groups: Merged::open(self)?,
             detections: Merged::open(self)?,
             events: Merged::open(self)?,
+            bounds: Bounds::new(&self.manifest, self.target_names.len()),
+            dir: self.dir.clone(),
             last_us: None,
             ended: false,
         })
@@ -126,6 +129,8 @@ pub struct Frames {
     groups: Merged<GroupRow>,
     detections: Merged<DetectionRow>,
     events: Merged<EventRow>,
+    bounds: Bounds,
+    dir: PathBuf,
     last_us: Option<i64>,
     ended: bool,
 }
@@ -152,10 +157,6 @@ impl Frames {
             return Err(self.uavs.stray(time_us));
         }
         self.last_us = instant;
-        if instant.is_some_and(|time_us| !(0..=MAX_TIME_US).contains(&time_us)) {
-            let what = format!("it has rows at {} s; 0 to {} s", seconds(time_us), seconds(MAX_TIME_US));
-            return Err(RecordError::damaged(self.uavs.table.path(), what));
-        }
         let truth = self.truth.as_mut().map(|truth| truth.rows_at(time_us));
         let frame = Frame {
             time_us,
@@ -166,12 +167,19 @@ impl Frames {
             detections: self.detections.rows_at(time_us)?,
             events: self.events.rows_at(time_us)?,
         };
+        if instant.is_none() {
+            return Ok(None);
+        }
         let Frame { uavs, truth, tracks, groups, .. } = &frame;
         self.uavs.check_order(time_us, uavs, |row| row.uav)?;
         self.truth.iter().try_for_each(|table| table.check_order(time_us, truth, |row| row.target))?;
         self.tracks.check_order(time_us, tracks, |row| row.target)?;
         self.groups.check_order(time_us, groups, |row| row.group)?;
-        Ok(instant.map(|_| frame))
+        self.bounds.check(&frame).map_err(|Beyond { table, what }| {
+            let path = self.dir.join(format!("{table}.parquet"));
+            RecordError::damaged(&path, what)
+        })?;
+        Ok(Some(frame))
     }
 }
 
@@ -228,15 +236,14 @@ impl<R: Row> Merged<R> {
 
 fn read_names(dir: &Path) -> Result<Vec<String>, RecordError> {
     let mut table = TableReader::<TargetRow>::open(file_of::<TargetRow>(dir))?;
-    let mut names = Vec::new();
+    let (mut names, mut bytes) = (Vec::new(), 0);
     while let Some(row) = table.next_row()? {
         if usize::try_from(row.target).ok() != Some(names.len()) {
             let what = format!("target {} is not in its place", row.target);
             return Err(RecordError::damaged(table.path(), what));
         }
-        if names.len() == MAX_TARGETS {
-            return Err(RecordError::damaged(table.path(), format!("it has more than {MAX_TARGETS} targets")));
-        }
+        bytes += row.name.len();
+        check_names(names.len() + 1, bytes).map_err(|what| RecordError::damaged(table.path(), what))?;
         names.push(row.name);
     }
     Ok(names)

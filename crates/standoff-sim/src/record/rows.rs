@@ -31,12 +31,16 @@ pub(super) struct At<R> {
     pub(super) row: R,
 }
 
+/// Most UAVs of a run: as many as a scenario may have.
+pub(super) const MOST_UAVS: usize = 100;
+
 /// Most rows of a table at one instant. Work on an instant takes UAVs by groups, or by one another; a scenario has up to
-/// 100 of both. Detections: of that many UAVs that see 10,000 targets.
+/// 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic may have at one time. Detections:
+/// of 100 UAVs that see 10,000 targets.
 pub(super) fn most_at_once(table: &str) -> usize {
     match table {
-        "uavs" | "groups" => 100,
-        "events" => 50_000,
+        "uavs" | "groups" => MOST_UAVS,
+        "events" => 20_000,
         "detections" => 1_000_000,
         _ => 100_000,
     }
@@ -199,16 +203,19 @@ macro_rules! plain {
 
 plain!(i64, bool);
 
+/// Nothing of this world is larger, and what is made of it, squares and sums, stays finite.
+const LARGEST: f64 = 1e100;
+
 impl Scalar for f64 {
     type Cell = Self;
 
     fn encode(&self) -> Result<Self, What> {
-        Self::decode(*self)
+        (self.abs() <= LARGEST).then_some(*self).ok_or(What::NotFinite)
     }
 
     fn decode(cell: Self) -> Result<Self, What> {
-        // Nothing of this world is larger, and what is made of it, squares and sums, stays finite.
-        (cell.abs() <= 1e100).then_some(cell).ok_or(What::NotFinite)
+        let bad = || What::Bad(format!("is {cell:e}; {:e} to {LARGEST:e}", -LARGEST));
+        (cell.abs() <= LARGEST).then_some(cell).ok_or_else(bad)
     }
 }
 

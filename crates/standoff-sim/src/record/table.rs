@@ -19,7 +19,7 @@ use parquet::file::serialized_reader::SerializedRowGroupReader;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{SchemaDescriptor, Type};
 
-use super::checkpoint::{Missing, Source};
+use super::checkpoint::Missing;
 use super::column::{Cells, Column, Fault, What};
 use super::{RecordError, plausible};
 use crate::input;
@@ -165,6 +165,24 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
     }
 }
 
+/// Row groups, and the file that holds them. It is opened once, and read as often as need be.
+#[derive(Debug, Clone)]
+pub(crate) struct Source {
+    pub(crate) file: Arc<File>,
+    pub(crate) metadata: Arc<ParquetMetaData>,
+}
+
+impl Source {
+    /// A Parquet file, if what it says of itself is plausible.
+    pub(crate) fn open(path: &Path) -> Result<Self, RecordError> {
+        let mut file = input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
+        plausible::check_end(&mut file).map_err(|what| RecordError::damaged(path, what))?;
+        let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file));
+        let metadata = metadata.map_err(|e| RecordError::parquet_read(path, e))?;
+        Ok(Self { file: Arc::new(file), metadata: Arc::new(metadata) })
+    }
+}
+
 /// Reads a table row by row.
 pub(crate) struct TableReader<R> {
     path: PathBuf,
@@ -190,20 +208,12 @@ pub(crate) struct TableReader<R> {
 
 impl<R: Row> TableReader<R> {
     pub(crate) fn open(path: PathBuf) -> Result<Self, RecordError> {
-        Self::with_columns(path, R::columns())
+        let source = Source::open(&path)?;
+        Self::of(path, R::columns(), [source])
     }
 
-    /// Reads these columns and passes over all others.
-    pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
-        let mut file = input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
-        plausible::check_end(&mut file).map_err(|what| RecordError::damaged(&path, what))?;
-        let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file));
-        let metadata = metadata.map_err(|e| RecordError::parquet_read(&path, e))?;
-        Self::of(path, columns, [Source { file: Arc::new(file), metadata }])
-    }
-
-    /// Reads one source after the other; `path` is for messages.
-    pub(super) fn of(
+    /// Reads these columns of one source after the other, and passes over all others; `path` is for messages.
+    pub(crate) fn of(
         path: PathBuf,
         columns: Vec<Column>,
         sources: impl Into<VecDeque<Source>>,
@@ -214,6 +224,7 @@ impl<R: Row> TableReader<R> {
             let schema = source.metadata.file_metadata().schema_descr();
             let found: Result<Vec<usize>, _> = columns.iter().map(|c| place(c, schema)).collect();
             let found = found.map_err(|what| RecordError::damaged(&path, what))?;
+            plausible::check_format(&source.metadata, &found).map_err(|what| RecordError::foreign(&path, what))?;
             if !(places.is_empty() || places == found) {
                 return Err(RecordError::damaged(&path, "its parts have other columns".to_owned()));
             }
@@ -342,16 +353,24 @@ fn quietly<T>(work: impl FnOnce() -> T) -> T {
 
 /// Where the column is in a file; columns that this version does not know are passed over.
 fn place(column: &Column, schema: &SchemaDescriptor) -> Result<usize, String> {
-    let found = schema.columns().iter().position(|c| c.path().parts() == [column.name()]);
-    match found {
+    let mut found = schema.columns().iter().enumerate().filter(|(_, c)| c.path().parts() == [column.name()]);
+    let place = found.next().map(|(place, _)| place);
+    if found.next().is_some() {
+        return Err(format!("column {} is there twice", column.name()));
+    }
+    match place {
         Some(place) if column.fits(&schema.column(place)) => Ok(place),
-        Some(_) => Err(format!("column {} has another type", column.name())),
+        Some(place) => {
+            let (name, other) = (column.name(), schema.column(place).physical_type());
+            Err(format!("column {name} has another type: {other}, not {}", column.physical()))
+        }
         None => Err(format!("column {} is missing", column.name())),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::column::Field;
     use super::super::rows::TargetRow;
     use super::*;
 
@@ -375,6 +394,66 @@ mod tests {
             assert_eq!(table.sources[0].metadata.num_row_groups(), groups);
             (0..rows).for_each(|target| assert_eq!(table.next_row().unwrap(), Some(row(target))));
             assert_eq!(table.next_row().unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn a_column_that_is_there_twice_is_refused() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("table.parquet");
+        let columns = || TargetRow::columns().into_iter().chain(TargetRow::columns()).collect();
+        TableWriter::<TargetRow>::with_columns(path.clone(), columns()).unwrap().finish().unwrap();
+        let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
+        assert!(error.contains("column target is there twice"), "{error}");
+    }
+
+    #[test]
+    fn a_number_that_is_none_is_refused_with_what_is_allowed() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("table.parquet");
+        let columns = Position::columns();
+        for (y_m, expected) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (-2e100, "-2e100")] {
+            // What a row of ours would not put there.
+            let file = File::create(&path).unwrap();
+            let mut file = start(file, &columns).unwrap();
+            let mut group = file.next_row_group().unwrap();
+            for value in [1.0, y_m] {
+                let mut column = group.next_column().unwrap().unwrap();
+                column.typed::<parquet::data_type::DoubleType>().write_batch(&[value], None, None).unwrap();
+                column.close().unwrap();
+            }
+            group.close().unwrap();
+            file.close().unwrap();
+            let mut table = TableReader::<Position>::open(path.clone()).unwrap();
+            let error = table.next_row().map(drop).unwrap_err().to_string();
+            let told = format!("table.parquet is damaged: row 1: column y_m is {expected}; -1e100 to 1e100");
+            assert!(error.contains(&told), "{error}");
+        }
+    }
+
+    /// A row of two numbers.
+    #[derive(Debug)]
+    struct Position {
+        _x_m: f64,
+        _y_m: f64,
+    }
+
+    impl Row for Position {
+        const TABLE: &'static str = "table";
+
+        fn columns() -> Vec<Column> {
+            let mut columns = Vec::new();
+            f64::declare("x_m", &mut columns);
+            f64::declare("y_m", &mut columns);
+            columns
+        }
+
+        fn put(&self, _cells: &mut Cells<'_>) -> Result<(), Fault> {
+            Ok(())
+        }
+
+        fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+            Ok(Self { _x_m: f64::get(cells)?, _y_m: f64::get(cells)? })
         }
     }
 

@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::folder::{self, Growing, MANIFEST, SCENARIO};
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
@@ -56,6 +57,7 @@ pub struct Writer {
     groups: TableWriter<At<GroupRow>>,
     detections: TableWriter<At<DetectionRow>>,
     events: TableWriter<At<EventRow>>,
+    bounds: Bounds,
     last_us: Option<i64>,
     sound: bool,
     next_checkpoint: Instant,
@@ -94,6 +96,8 @@ impl Writer {
     ) -> Result<Self, RecordError> {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let manifest = Manifest { format: FORMAT, version, unfinished: true, ..manifest.clone() };
+        let names = check_names(target_names.len(), target_names.iter().map(String::len).sum());
+        names.map_err(|what| bad_frame(0, what))?;
         let json = manifest.to_json()?;
         let (partial, set_aside) = Partial::make(dir)?;
         let lock = put_manifest(&partial.path, &json, false)?;
@@ -113,6 +117,7 @@ impl Writer {
             groups: table(&partial)?,
             detections: table(&partial)?,
             events: table(&partial)?,
+            bounds: Bounds::new(&manifest, target_names.len()),
             last_us: None,
             sound: true,
             next_checkpoint: Instant::now() + CHECKPOINT_EVERY,
@@ -144,6 +149,8 @@ impl Writer {
         if self.last_us.is_some_and(|last| last >= time_us) {
             return Err(bad_frame(time_us, "it is not later than the one before"));
         }
+        let within = self.bounds.check(frame);
+        within.map_err(|Beyond { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
         put(&mut self.uavs, time_us, &frame.uavs)?;
         put(&mut self.truth, time_us, &frame.truth)?;
         put(&mut self.tracks, time_us, &frame.tracks)?;
@@ -300,8 +307,8 @@ fn put<R: Row + Clone>(table: &mut TableWriter<At<R>>, time_us: i64, rows: &[R])
     rows.iter().cloned().try_for_each(|row| table.push(&At { time_us, row }))
 }
 
-fn bad_frame(time_us: i64, what: &'static str) -> RecordError {
-    let time_s = seconds(time_us);
+fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
+    let (time_s, what) = (seconds(time_us), what.into());
     RecordError::BadFrame { time_s, what }
 }
 

@@ -69,7 +69,7 @@ fn statistics_are_those_of_the_summary_and_comparisons_those_of_compare() {
 #[test]
 fn runs_are_listed_from_both_ends_and_the_bad_end_is_known() {
     let (_folder, [a, _]) = two();
-    let separations = a.column("separation_min_m").unwrap();
+    let separations = a.runs().unwrap().column("separation_min_m").unwrap();
     let batch = Batch::of(&[a]).unwrap();
     let mut runs: Vec<(u64, f64)> = (0..).zip(separations).map(|(run, value)| (run, value.unwrap())).collect();
     runs.sort_by(|(_, a), (_, b)| a.total_cmp(b));

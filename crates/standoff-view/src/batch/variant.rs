@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
-use standoff_sim::monte_carlo::{MonteCarloError, Results, Settings, Statistics};
+use standoff_sim::monte_carlo::{MonteCarloError, Results, Runs, Settings, Statistics};
 
 /// Most runs that are listed from either end of a metric.
 const LISTED: usize = 50;
@@ -51,8 +51,8 @@ pub(super) struct Ends {
 
 impl Variant {
     /// Everything but the values.
-    pub(super) fn of(results: &Results) -> Result<Self, MonteCarloError> {
-        let (batch, summary) = (results.batch(), results.summary()?);
+    pub(super) fn of(results: &Results, runs: &Runs<'_>) -> Result<Self, MonteCarloError> {
+        let (batch, summary) = (results.batch(), runs.summary()?);
         let flown = batch.flown();
         Ok(Self {
             name: summary.scenario.clone(),

@@ -17,18 +17,34 @@ pub(super) fn usable(value: f64) -> Option<f64> {
 ///
 /// When there are too many points, each stride of instants keeps its ends, middle and extremes. A gap no
 /// longer than the stride is below what a figure resolves and is joined across.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Curve {
     doublings: u32,
     samples: Vec<(usize, Point)>,
+    /// With twice as many samples it is thinned to so many.
+    most: usize,
+}
+
+impl Default for Curve {
+    fn default() -> Self {
+        Self { doublings: 0, samples: Vec::new(), most: MOST_POINTS }
+    }
 }
 
 impl Curve {
     /// Adds the point of an instant, if it can be drawn; instants come in order.
     pub(super) fn push(&mut self, index: usize, x: f64, y: impl Into<Option<f64>>) {
         self.samples.extend(usable(x).zip(y.into().and_then(usable)).map(|at| (index, at)));
-        if self.samples.len() > 2 * MOST_POINTS {
-            self.thin(MOST_POINTS);
+        self.keep(self.most);
+    }
+
+    /// From now on it keeps so many points, or up to twice as many.
+    pub(super) fn keep(&mut self, most: usize) {
+        self.most = most;
+        if self.samples.len() > 2 * most {
+            self.thin(most);
+            // What was kept for more of them is not needed any more.
+            self.samples.shrink_to(2 * most);
         }
     }
 

@@ -1,6 +1,6 @@
 //! What the figures show of a run, gathered from its frames one at a time.
 
-use super::curve::{Curve, Point, usable};
+use super::curve::{Curve, MOST_POINTS, Point, usable};
 use super::symbol::Mark;
 use super::{chart, line_of_sight, margin, phase};
 use crate::colours::{GROUPS, GroupColours, UAVS};
@@ -11,6 +11,14 @@ use std::ops::Range;
 
 /// Most groups kept: of those dissolved, the shortest-lived go first.
 const MOST_GROUPS: usize = 32;
+/// Most targets whose paths are kept: as many as a scenario or traffic may have at one time.
+const MOST_TARGETS: usize = 5_000;
+/// Points of all curves together: of 200 curves, each keeps as many as it would alone; of more, fewer.
+const ALL_POINTS: usize = 200 * MOST_POINTS;
+/// Fewest points of a curve: what shows which way it went.
+const FEWEST_POINTS: usize = 20;
+/// After so many frames the points are shared out anew.
+const SHARE_EVERY: usize = 64;
 /// Most marks of one kind in a panel; of more, some are left out.
 const MOST_MARKS: usize = 60;
 
@@ -22,6 +30,10 @@ pub(super) struct Path {
 }
 
 impl Path {
+    fn curves(&mut self) -> impl Iterator<Item = &mut Curve> {
+        self.pieces.values_mut()
+    }
+
     fn push(&mut self, index: usize, at: Option<Point>, colour: Option<usize>) {
         let Some(at) = at else { return };
         // A piece ends where the next one begins.
@@ -49,6 +61,14 @@ pub(super) struct Uav {
     pub(super) turn_rate_command: Curve,
 }
 
+impl Uav {
+    fn curves(&mut self) -> impl Iterator<Item = &mut Curve> {
+        let Self { path, served, error, off_boresight, speed, speed_command, turn_rate, turn_rate_command, .. } = self;
+        let all = [path, error, off_boresight, speed, speed_command, turn_rate, turn_rate_command];
+        all.into_iter().chain(served.curves())
+    }
+}
+
 /// Curves of one group.
 #[derive(Debug, Default)]
 pub(super) struct Group {
@@ -71,6 +91,13 @@ pub(super) struct Group {
 }
 
 impl Group {
+    fn curves(&mut self) -> impl Iterator<Item = &mut Curve> {
+        let Self { centre, standoff, unclamped, margin, centre_error, separation, distances, phases, marks, .. } = self;
+        let one = [centre, standoff, unclamped, margin, centre_error, separation];
+        let each = distances.values_mut().chain(phases.values_mut()).chain(marks.values_mut());
+        one.into_iter().chain(each)
+    }
+
     /// What happened to its targets when, s, but for losses: in traffic they are many and change little.
     pub(super) fn marks(&self) -> Vec<(Mark, Vec<f64>)> {
         let times = |curve: &Curve| curve.runs(MOST_MARKS).concat().iter().map(|at| at.1).collect();
@@ -123,9 +150,15 @@ impl Run {
             group.separation.push(index, time, row.separation_m);
         }
         for row in &frame.truth {
+            if self.truth.len() >= MOST_TARGETS && !self.truth.contains_key(&row.target) {
+                continue;
+            }
             self.truth.entry(row.target).or_default().push(index, row.x_m, row.y_m);
         }
         for row in &frame.tracks {
+            if self.tracks.len() >= MOST_TARGETS && !self.tracks.contains_key(&row.target) {
+                continue;
+            }
             let (at, colour) = (place(row.state[0], row.state[3]), self.colour(row.group));
             self.tracks.entry(row.target).or_default().push(index, at, colour);
             if let Some(colour) = self.colour(row.to_group) {
@@ -161,6 +194,23 @@ impl Run {
             }
         }
         frame.events.iter().for_each(|event| self.happened(time, event));
+        if self.frames.is_multiple_of(SHARE_EVERY) {
+            self.share_points();
+        }
+    }
+
+    /// Bounds the points of all curves together, however many there are.
+    fn share_points(&mut self) {
+        let most = (ALL_POINTS / self.curves().count().max(1)).clamp(FEWEST_POINTS, MOST_POINTS);
+        self.curves().for_each(|curve| curve.keep(most));
+    }
+
+    fn curves(&mut self) -> impl Iterator<Item = &mut Curve> {
+        let uavs = self.uavs.values_mut().flat_map(Uav::curves);
+        let groups = self.groups.values_mut().flat_map(Group::curves);
+        let tracks = self.tracks.values_mut().flat_map(Path::curves);
+        let others = self.truth.values_mut().chain(self.dwells.values_mut()).chain(self.marks.values_mut());
+        uavs.chain(groups).chain(tracks).chain(others)
     }
 
     /// Takes in the groups that are new.
@@ -236,4 +286,31 @@ pub(super) fn place(x_m: f64, y_m: f64) -> Option<Point> {
 pub(super) fn true_place(frame: &Frame, target: u32) -> Option<Point> {
     let row = frame.truth.binary_search_by_key(&target, |row| row.target).ok()?;
     place(frame.truth[row].x_m, frame.truth[row].y_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standoff_sim::record::TruthRow;
+
+    /// So many points are kept of this many targets, that move for so many instants.
+    fn kept(targets: u32, instants: u32) -> usize {
+        let mut run = Run::default();
+        for instant in 0..instants {
+            let at = f64::from(instant);
+            let row =
+                |target| TruthRow { target, x_m: at, y_m: at, vx_m_s: 1.0, vy_m_s: 1.0, ax_m_s2: None, ay_m_s2: None };
+            let truth = (0..targets).map(row).collect();
+            run.add(&Frame { time_us: i64::from(instant) * 500_000, truth, ..Frame::default() });
+        }
+        run.curves().map(|curve| curve.runs(usize::MAX).concat().len()).sum()
+    }
+
+    #[test]
+    fn of_many_targets_fewer_points_each_are_kept() {
+        assert_eq!(kept(10, 3_000), 30_000, "those of few are all kept");
+        let all = kept(500, 2_500);
+        assert!((ALL_POINTS / 2..=2 * ALL_POINTS).contains(&all), "{all}");
+        assert_eq!(kept(6_000, 128), MOST_TARGETS * 128, "those of the first targets");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::record::{EventAllowance, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::score::{Judged, PositionBound, Rules};
 
 use super::part::{Event, half};
@@ -12,8 +12,11 @@ use crate::figures::{line_of_sight, phase};
 
 /// Instants after which a part is full.
 const INSTANTS: usize = 256;
-/// Rows of targets after which it is.
+/// Rows of targets, or of groups or UAVs, after which it is.
 const ROWS: usize = 50_000;
+/// Most rows of targets in a part before the last instant joins it: every target that a part has takes a row for each of
+/// its instants.
+const MOST_ROWS: usize = 4 * ROWS;
 
 const UAV: [&str; 12] = [
     "group",
@@ -75,6 +78,7 @@ pub struct Encoder {
     stride: usize,
     bound: Option<PositionBound>,
     colours: GroupColours,
+    allowance: EventAllowance,
     draft: Draft,
 }
 
@@ -107,19 +111,33 @@ impl Encoder {
             stride: stride.max(1),
             bound: PositionBound::of(rules),
             colours: GroupColours::default(),
+            allowance: EventAllowance::default(),
             draft: Draft::new(),
         }
     }
 
+    /// How many of the run's events are in no part, because they are too many for a page.
+    #[must_use]
+    pub fn events_left_out(&self) -> u64 {
+        self.allowance.left_out()
+    }
+
     /// Takes in the next frame; gives a part when one is full.
     pub fn frame(&mut self, frame: &Frame) -> Option<Part> {
+        let full = if self.draft.has_room_for(frame) { None } else { self.part() };
+        self.add(frame);
+        full.or_else(|| if self.draft.is_full() { self.part() } else { None })
+    }
+
+    fn add(&mut self, frame: &Frame) {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
         let judged = Judged::new(&self.rules, frame);
         let draft = &mut self.draft;
         draft.times_us.push(frame.time_us);
-        draft.events.extend(frame.events.iter().map(|row| Event::of(frame.time_us, row)));
+        let told = frame.events.iter().filter(|row| self.allowance.takes(row, None));
+        draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
         let members = line_of_sight::members(frame);
         draft.uavs.next_instant();
         for row in &frame.uavs {
@@ -139,8 +157,6 @@ impl Encoder {
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
             draft.detail(frame, &judged);
         }
-        let is_full = draft.times_us.len() >= INSTANTS || draft.targets.rows() >= ROWS;
-        if is_full { self.part() } else { None }
     }
 
     /// What there is since the last part; `None` if nothing. The next part begins after it.
@@ -172,6 +188,17 @@ impl Draft {
             groups: Table::new("groups", GROUP),
             targets: Table::new("targets", TARGET),
         }
+    }
+
+    fn is_full(&self) -> bool {
+        let Self { uavs, groups, targets, .. } = self;
+        self.times_us.len() >= INSTANTS || [uavs.rows(), groups.rows(), targets.rows()].iter().any(|&rows| rows >= ROWS)
+    }
+
+    /// The rows of targets stay bounded even if all of the frame's are new to the part.
+    fn has_room_for(&self, frame: &Frame) -> bool {
+        let most = self.targets.rows_with(frame.truth.len() + frame.tracks.len());
+        !self.is_full() && (self.times_us.is_empty() || most <= MOST_ROWS)
     }
 
     /// The targets: those that exist beside their tracks, and tracks of those that do not any more.

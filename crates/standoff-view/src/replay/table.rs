@@ -50,6 +50,11 @@ impl<const N: usize> Table<N> {
     pub(super) fn rows(&self) -> usize {
         self.objects.len() * self.instants
     }
+
+    /// As many as they would be after one more instant with so many new objects.
+    pub(super) fn rows_with(&self, new: usize) -> usize {
+        (self.objects.len() + new) * (self.instants + 1)
+    }
 }
 
 impl<const N: usize> Written for Table<N> {

@@ -3,7 +3,7 @@ use std::io::Read;
 
 use flate2::read::GzDecoder;
 use serde_json::Value;
-use standoff_sim::record::{Frame, Manifest, TrackStatus};
+use standoff_sim::record::{Frame, GroupRow, Manifest, TrackRow, TrackStatus};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
 use standoff_sim::score::Rules;
@@ -200,4 +200,50 @@ fn a_replay_grows_while_it_is_watched() {
     GzDecoder::new(&*replay.get("head.json").unwrap().body).read_to_string(&mut json).unwrap();
     let head: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(head["seed"], "18446744073709551615", "a page's numbers have 53 bits");
+}
+
+/// A frame of one UAV with tracks of so many targets.
+fn crowd(instant: i64, frame: &Frame, targets: u32) -> Frame {
+    let (uavs, track) = (frame.uavs[..1].to_vec(), frame.tracks[0]);
+    let tracks = (0..targets).map(|target| TrackRow { target, ..track }).collect();
+    Frame { time_us: instant * 500_000, uavs, tracks, ..Frame::default() }
+}
+
+/// Every target of a part takes room for each of its instants: a crowd does not join many instants.
+#[test]
+fn a_crowd_that_comes_late_begins_a_part_of_its_own() {
+    let (scenario, frames) = flight();
+    let few = (0..255).map(|instant| crowd(instant, &frames[0], 1));
+    let frames: Vec<Frame> = few.chain([crowd(255, &frames[0], 20_000)]).collect();
+    let parts = encoded(&scenario, &frames, 1);
+    let instants = |part: &Part| read(&part.detail).directory["times_us"].as_array().unwrap().len();
+    assert_eq!(parts.iter().map(instants).collect::<Vec<_>>(), [255, 1]);
+}
+
+#[test]
+fn a_part_with_ever_new_groups_is_soon_full() {
+    let (scenario, frames) = flight();
+    let group = frames[0].groups[0];
+    let frame = |instant: u32| Frame {
+        groups: (0..100).map(|id| GroupRow { group: 100 * instant + id, ..group }).collect(),
+        ..crowd(instant.into(), &frames[0], 1)
+    };
+    let frames: Vec<Frame> = (0..100).map(frame).collect();
+    // 100 times the square of 23 is 52,900.
+    let parts = encoded(&scenario, &frames, 1);
+    let instants = |part: &Part| read(&part.overview).directory["times_us"].as_array().unwrap().len();
+    assert_eq!(parts.iter().map(instants).collect::<Vec<_>>(), [23, 23, 23, 23, 8]);
+}
+
+#[test]
+fn of_very_many_events_a_page_gets_the_first() {
+    let (scenario, frames) = flight();
+    let event = frames.iter().find_map(|frame| frame.events.first()).unwrap().clone();
+    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), 1);
+    for instant in 0..6 {
+        encoder.frame(&Frame { events: vec![event.clone(); 10_000], ..crowd(instant, &frames[0], 1) });
+    }
+    let part = encoder.part().unwrap();
+    let events = read(&part.overview).directory["events"].as_array().unwrap().len();
+    assert_eq!((events, encoder.events_left_out()), (50_000, 10_000));
 }

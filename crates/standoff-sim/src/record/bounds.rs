@@ -1,0 +1,79 @@
+//! What no frame of a run may go beyond: who reads a record has memory for every id in it. It holds both ways, so that
+//! what is written can be read.
+
+use std::collections::BTreeSet;
+
+use super::Manifest;
+use super::frame::{DetectionRow, Frame, TrackRow, TruthRow, UavRow};
+use super::rows::{MOST_UAVS, seconds};
+use super::table::Row;
+
+/// Most targets: as many as a traffic file may hold vehicles.
+const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
+/// Longest names of all targets together, bytes: 300 for each of the most.
+const MAX_NAMES: usize = 30 << 20;
+/// Most instants: a scenario has up to ten million periods.
+const MAX_INSTANTS: u64 = 10_000_001;
+
+/// The bounds of a run, and what has been of it.
+pub(super) struct Bounds {
+    until_s: f64,
+    /// How many targets it names.
+    targets: usize,
+    /// UAVs that there have been.
+    uavs: BTreeSet<u32>,
+    instants: u64,
+}
+
+/// A table that goes beyond them, and how.
+pub(super) struct Beyond {
+    pub(super) table: &'static str,
+    pub(super) what: String,
+}
+
+/// Refuses more targets than a run may have, or longer names of all of them together.
+pub(super) fn check_names(targets: usize, bytes: usize) -> Result<(), String> {
+    if targets > MAX_TARGETS {
+        return Err(format!("it has more than {MAX_TARGETS} targets"));
+    }
+    if bytes > MAX_NAMES {
+        return Err(format!("the names of its targets have more than {MAX_NAMES} bytes together"));
+    }
+    Ok(())
+}
+
+impl Bounds {
+    pub(super) fn new(manifest: &Manifest, targets: usize) -> Self {
+        Self { until_s: manifest.duration_s, targets, uavs: BTreeSet::new(), instants: 0 }
+    }
+
+    /// Takes in the next frame.
+    pub(super) fn check(&mut self, frame: &Frame) -> Result<(), Beyond> {
+        let Frame { time_us, uavs, truth, tracks, detections, .. } = frame;
+        let time_s = seconds(*time_us);
+        let beyond = |what: String| Err(Beyond { table: UavRow::TABLE, what });
+        if !(0.0..=self.until_s).contains(&time_s) {
+            return beyond(format!("it has rows at {time_s} s; 0 to {} s, the length of the run", self.until_s));
+        }
+        self.uavs.extend(uavs.iter().map(|row| row.uav));
+        if self.uavs.len() > MOST_UAVS {
+            return beyond(format!("it has more than {MOST_UAVS} UAVs by {time_s} s"));
+        }
+        self.instants += 1;
+        if self.instants > MAX_INSTANTS {
+            return beyond(format!("it has more than {MAX_INSTANTS} instants"));
+        }
+        self.check_targets(time_s, truth, |row: &TruthRow| row.target)?;
+        self.check_targets(time_s, tracks, |row: &TrackRow| row.target)?;
+        self.check_targets(time_s, detections, |row: &DetectionRow| row.target)
+    }
+
+    /// Refuses rows of a target that has no name: the table may be another record's.
+    fn check_targets<R: Row>(&self, time_s: f64, rows: &[R], target: impl Fn(&R) -> u32) -> Result<(), Beyond> {
+        let stranger = rows.iter().map(target).find(|&target| target as usize >= self.targets);
+        stranger.map_or(Ok(()), |stranger| {
+            let what = format!("it has target {stranger} at {time_s} s, and the run has {} targets", self.targets);
+            Err(Beyond { table: R::TABLE, what })
+        })
+    }
+}
