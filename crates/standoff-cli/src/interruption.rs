@@ -1,7 +1,9 @@
 //! Ctrl-C: work is ended in order, where it would otherwise end in the middle.
 
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -9,6 +11,9 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use crate::failure::Failure;
+
+/// How often is looked whether it has come.
+const GLANCE: Duration = Duration::from_millis(50);
 
 /// Ctrl-C, asked for.
 pub(crate) struct Interruption(Arc<AtomicBool>);
@@ -35,7 +40,6 @@ impl Interruption {
 
     /// Waits until it comes, or until a point in time.
     pub(crate) fn wait(&self, until: Option<Instant>) {
-        const GLANCE: Duration = Duration::from_millis(50);
         while !self.has_come() {
             let left = until.map_or(GLANCE, |until| until.saturating_duration_since(Instant::now()));
             if left.is_zero() {
@@ -43,5 +47,51 @@ impl Interruption {
             }
             thread::sleep(left.min(GLANCE));
         }
+    }
+
+    /// Does what nobody needs any more once it has come: `None` then, and the work is left where it is, to end with the
+    /// process at the latest.
+    pub(crate) fn unless_come<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+        if self.has_come() {
+            return None;
+        }
+        let (give, result) = channel();
+        let worker = thread::spawn(move || give.send(work()));
+        loop {
+            match result.recv_timeout(GLANCE) {
+                Ok(done) => return Some(done),
+                Err(RecvTimeoutError::Timeout) if self.has_come() => return None,
+                Err(RecvTimeoutError::Timeout) => {}
+                // It has panicked: here, too, then.
+                Err(RecvTimeoutError::Disconnected) => {
+                    worker.join().map_or_else(|panic| resume_unwind(panic), |_| ());
+                    return None;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_is_done_unless_it_is_interrupted() {
+        let stop = Arc::new(AtomicBool::new(false));
+        let interruption = Interruption(Arc::clone(&stop));
+        assert_eq!(interruption.unless_come(|| 7), Some(7));
+        let endless = move || loop {
+            stop.store(true, Ordering::Relaxed);
+            thread::park();
+        };
+        assert_eq!(interruption.unless_come(endless), None::<()>);
+        assert_eq!(interruption.unless_come(|| 7), None);
+    }
+
+    #[test]
+    #[should_panic(expected = "a fault")]
+    fn a_fault_of_the_work_is_not_taken_for_an_interruption() {
+        Interruption(Arc::default()).unless_come(|| panic!("a fault"));
     }
 }

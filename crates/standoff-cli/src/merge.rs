@@ -6,7 +6,7 @@ use clap::Parser;
 use standoff_sim::monte_carlo::merge;
 
 use crate::failure::Failure;
-use crate::monte_carlo::{failure, show, tell};
+use crate::monte_carlo::{Told, failure};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -32,6 +32,5 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let merged = merge(&args.dirs, &args.out).map_err(failure)?;
-    show(&merged)?;
-    tell(&merged, args.json)
+    Told::of(&merged, args.json)?.put(&merged)
 }

@@ -78,9 +78,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         note(&format!("warning: {warning}"));
     }
     let out = args.out.clone().unwrap_or_else(|| default_out(&template, &batch));
-    let results = fly(&out, &template, &batch, args.threads)?;
-    show(&results)?;
-    tell(&results, args.json)
+    // The second time it ends at once: what is complete is safe in any case.
+    let interruption = Interruption::expected()?;
+    let results = fly(&out, &template, &batch, args.threads, &interruption)?;
+    let (flown, json) = (results.clone(), args.json);
+    let told = interruption.unless_come(move || Told::of(&flown, json)).ok_or_else(|| {
+        let (runs, out) = (batch.flown(), out.display());
+        let runs = count_runs(runs.end - runs.start);
+        Failure::running(format!("interrupted; {runs} are complete in {out}: the same command tells what they came to"))
+    })?;
+    told?.put(&results)
 }
 
 /// An error with its exit status.
@@ -92,19 +99,32 @@ pub(crate) fn failure(error: MonteCarloError) -> Failure {
     }
 }
 
-/// Puts the page of a batch beside its results, if it is not there yet.
-pub(crate) fn show(results: &Results) -> Result<(), Failure> {
-    if results.dir().join(REPORT).is_file() {
-        return Ok(());
-    }
-    let shown = Page::of(slice::from_ref(results)).map_err(failure)?;
-    results.add(REPORT, &page::batch_report(&shown).map_err(Failure::running)?).map_err(failure)
+/// What there is to tell of a complete batch.
+pub(crate) struct Told {
+    /// Its page, if it is not there yet.
+    page: Option<String>,
+    /// Its statistics, for programs or for people.
+    statistics: String,
 }
 
-/// Prints the statistics of a batch: for programs, or for people.
-pub(crate) fn tell(results: &Results, json: bool) -> Result<(), Failure> {
-    let summary = results.summary().map_err(failure)?;
-    print(&if json { summary.json().map_err(Failure::running)? } else { text::lines(&table(&summary, results)) })
+impl Told {
+    pub(crate) fn of(results: &Results, json: bool) -> Result<Self, Failure> {
+        let make = || {
+            let shown = Page::of(slice::from_ref(results)).map_err(failure)?;
+            page::batch_report(&shown).map_err(Failure::running)
+        };
+        let page = if results.dir().join(REPORT).is_file() { None } else { Some(make()?) };
+        let summary = results.summary().map_err(failure)?;
+        let statistics =
+            if json { summary.json().map_err(Failure::running)? } else { text::lines(&table(&summary, results)) };
+        Ok(Self { page, statistics })
+    }
+
+    /// Puts the page beside the results, and prints the statistics.
+    pub(crate) fn put(&self, results: &Results) -> Result<(), Failure> {
+        self.page.iter().try_for_each(|page| results.add(REPORT, page)).map_err(failure)?;
+        print(&self.statistics)
+    }
 }
 
 /// The same batch gets the same folder, so that the same command goes on.
@@ -114,20 +134,28 @@ fn default_out(template: &Template, batch: &Batch) -> PathBuf {
     Path::new("standoff-out").join(format!("{}-seeds-{first}-to-{last}", template.name()))
 }
 
-fn fly(out: &Path, template: &Template, batch: &Batch, threads: Option<NonZeroUsize>) -> Result<Results, Failure> {
-    // The second time it ends at once: what is complete is safe in any case.
-    let interruption = Interruption::expected()?;
+fn fly(
+    out: &Path,
+    template: &Template,
+    batch: &Batch,
+    threads: Option<NonZeroUsize>,
+    interruption: &Interruption,
+) -> Result<Results, Failure> {
     let mut teller = Teller::default();
     let flown = fly_into(out, template, batch, threads, interruption.flag(), |progress| teller.tell(progress));
     teller.bar.finish_and_clear();
-    let Some(Progress { done, of, .. }) = teller.last else {
-        if flown.is_ok() {
-            note(&format!("note: {} was complete already; nothing is flown again", out.display()));
-        }
-        return flown.map_err(failure);
-    };
+    if flown.is_ok() && teller.last.is_none() {
+        note(&format!("note: {} was complete already; nothing is flown again", out.display()));
+    }
     flown.map_err(|error| {
-        let kept = format!("{done} of {} are kept in {}", count_runs(of), out.display());
+        let kept = match teller.last {
+            Some(Progress { done, of, .. }) => format!("{done} of {} are kept in {}", count_runs(of), out.display()),
+            // It has not come to count them.
+            None if matches!(error, MonteCarloError::Interrupted) => {
+                format!("what is complete is kept in {}", out.display())
+            }
+            None => return failure(error),
+        };
         match failure(error) {
             Failure::Running(message) => {
                 Failure::Running(format!("{message}; {kept}: the same command goes on from there"))

@@ -179,20 +179,20 @@ fn fly(
         note(&format!("note: an unfinished run is kept in {} until this one is complete", older.display()));
     }
     let progress = progress(mission.frames());
-    while let Some(frame) = mission.frame() {
+    while !interruption.has_come() {
+        let Some(frame) = mission.frame() else {
+            progress.finish_and_clear();
+            let kept = writer.kept();
+            return writer.close().map_err(|error| broken_off(error, kept));
+        };
         writer.frame(frame).map_err(|error| broken_off(error, writer.kept()))?;
         look(frame);
         progress.inc(1);
-        if interruption.has_come() {
-            progress.finish_and_clear();
-            let kept = writer.kept();
-            let kept = writer.stop().map_err(|error| broken_off(error, kept))?;
-            return Err(broken_off("interrupted", kept));
-        }
     }
     progress.finish_and_clear();
     let kept = writer.kept();
-    writer.close().map_err(|error| broken_off(error, kept))
+    let kept = writer.stop().map_err(|error| broken_off(error, kept))?;
+    Err(broken_off("interrupted", kept))
 }
 
 /// The failure of a run that ended early, and what is left of it.

@@ -5,7 +5,9 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::fs;
-use std::io::Read as _;
+use std::io::{Read as _, Write as _};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread;
@@ -175,6 +177,68 @@ fn an_interrupted_run_ends_soon_and_says_where_it_is_and_how_far_it_got() {
         assert_eq!(message, told);
         assert!(!folder.path().join(out).exists());
     }
+}
+
+/// Starts a command that says something at its beginning, lets it wait there (nobody reads on) until it expects Ctrl-C,
+/// interrupts it, and lets it go on. Gives its exit status and what it says.
+#[cfg(target_os = "linux")]
+fn interrupted_at_the_start(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
+    let (mut read, mut write) = UnixStream::pair().unwrap();
+    write.set_nonblocking(true).unwrap();
+    let mut filled = 0;
+    while let Ok(n) = write.write(b".") {
+        filled += n;
+    }
+    write.set_nonblocking(false).unwrap();
+    let stderr = Stdio::from(OwnedFd::from(write));
+    // The command keeps the other end open: it goes with this statement.
+    let mut child = command(folder, args).stdout(Stdio::null()).stderr(stderr).spawn().unwrap();
+    let expects = || {
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        // SIGINT is the second.
+        u64::from_str_radix(caught.trim(), 16).unwrap() & 2 != 0
+    };
+    while !expects() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
+    let mut said = Vec::new();
+    read.read_to_end(&mut said).unwrap();
+    (child.wait().unwrap().code(), text(&said[filled..]))
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn interrupted_before_its_first_instant_a_run_leaves_the_older_one_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let older = [&SHORT[..], &["o", "--seed", "9"]].concat();
+    assert!(standoff(folder.path(), &older).status.success());
+    assert!(standoff(folder.path(), &[&SHORT[..], &["old", "--seed", "9"]].concat()).status.success());
+    let (status, said) = interrupted_at_the_start(folder.path(), &[&SHORT[..], &["o"]].concat());
+    let told = "note: replacing the older run in o\nerror: interrupted; nothing was kept of the run\n";
+    assert_eq!((status, said.as_str()), (Some(1), told));
+    assert!(is_same(&path("o"), &path("old")));
+    assert_eq!(names(folder.path()), ["o", "old"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn interrupted_before_its_page_a_batch_says_that_it_is_complete_and_the_same_command_tells_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["monte-carlo", "tour/02-two-uavs", "--runs", "3", "--metrics", "nis", "--out", "o"];
+    let whole = standoff(folder.path(), &args);
+    let files = names(&folder.path().join("o"));
+    fs::remove_file(folder.path().join("o/report.html")).unwrap();
+    let (status, said) = interrupted_at_the_start(folder.path(), &args);
+    let told = "note: o was complete already; nothing is flown again\n\
+                error: interrupted; 3 runs are complete in o: the same command tells what they came to\n";
+    assert_eq!((status, said.as_str()), (Some(1), told));
+    assert!(!folder.path().join("o/report.html").exists());
+    let again = standoff(folder.path(), &args);
+    assert_eq!((again.status.code(), text(&again.stdout)), (Some(0), text(&whole.stdout)));
+    assert_eq!(names(&folder.path().join("o")), files);
 }
 
 /// The size of files is limited here: it stands for a full disk.

@@ -39,7 +39,7 @@ use crate::run::fly_while;
 use crate::scenario::{Scenario, Template};
 use crate::score::{Choice, Metrics};
 use journal::Journal;
-use pool::work_through;
+use pool::{Halt, work_through};
 
 /// What a run came to: a value per metric of its batch, `None` where there was nothing to measure.
 type Values = Vec<Option<f64>>;
@@ -63,7 +63,7 @@ pub fn fly_all(
     choice: Choice,
     threads: Option<NonZeroUsize>,
 ) -> Result<Vec<Metrics>, MonteCarloError> {
-    in_order(seeds, threads, |seed, halt| fly_seed(template, seed, choice, halt))
+    in_order(seeds, threads, |seed, halt| fly_seed(template, seed, choice, || !halt.is_up()))
 }
 
 /// Looks at the scenario of each of these seeds, on so many threads (`None`: one per core); gives what was found in the
@@ -83,24 +83,32 @@ pub fn each_seed<T: Send>(
 fn in_order<T: Send>(
     seeds: Range<u64>,
     threads: Option<NonZeroUsize>,
-    work: impl Fn(u64, &AtomicBool) -> Result<T, MonteCarloError> + Sync,
+    work: impl Fn(u64, &Halt<'_>) -> Result<T, MonteCarloError> + Sync,
 ) -> Result<Vec<T>, MonteCarloError> {
-    let mut rows: Vec<Option<T>> = seeds.clone().map(|_| None).collect();
+    // It grows as they come: no memory is taken for what may never be flown.
+    let mut rows: Vec<Option<T>> = Vec::new();
     let first = seeds.start;
-    let work = |seed, halt: &AtomicBool| Ok((seed, work(seed, halt)?));
+    let work = |seed, halt: &Halt<'_>| Ok((seed, work(seed, halt)?));
     work_through(seeds.map(Ok), threads, &AtomicBool::new(false), work, |done| {
         if let Some((seed, row)) = done {
-            rows[(seed - first) as usize] = Some(row);
+            let place = (seed - first) as usize;
+            rows.resize_with(rows.len().max(place + 1), || None);
+            rows[place] = Some(row);
         }
         Ok(())
     })?;
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Flies one seed's run, and scores it.
-fn fly_seed(template: &Template, seed: u64, choice: Choice, halt: &AtomicBool) -> Result<Metrics, MonteCarloError> {
+/// Flies one seed's run for as long as `go_on` says yes, and scores it.
+fn fly_seed(
+    template: &Template,
+    seed: u64,
+    choice: Choice,
+    go_on: impl Fn() -> bool,
+) -> Result<Metrics, MonteCarloError> {
     let scenario = template.draw(seed).map_err(|problem| MonteCarloError::seed(seed, problem))?;
-    fly_while(&scenario, choice, || !halt.load(Ordering::Relaxed)).map_err(|problems| {
+    fly_while(&scenario, choice, go_on).map_err(|problems| {
         let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
         MonteCarloError::seed(seed, problems.join("\n"))
     })
@@ -110,7 +118,9 @@ fn fly_seed(template: &Template, seed: u64, choice: Choice, halt: &AtomicBool) -
 ///
 /// Every run is kept in the folder's journal as soon as it ends. So whatever stops the batch (`stop`, a seed that cannot
 /// be flown, a full disk, the end of the process at any instant), calling this again with the same batch goes on from
-/// there, to the same bytes. `stop` ends it within an instant of each run in hand.
+/// there, to the same bytes. `stop` ends it within an instant of each run in hand, or while the results are completed.
+///
+/// Of seeds that cannot be flown the lowest is told, on any number of threads; the runs before it are complete.
 ///
 /// `tell` hears how far it is: at the start, after every run, and now and then.
 pub fn fly_into(
@@ -132,12 +142,12 @@ pub fn fly_into(
         journal.remove()?;
         return Ok(complete);
     }
-    let before = journal.count()?;
+    let before = journal.count(stop)?;
     let mut progress = Progress { before, done: before, of: batch.flown().end - batch.flown().start };
     tell(progress);
     check_build(template, batch, &journal, stop)?;
-    let work = |run, halt: &AtomicBool| Ok((run, fly_seed(template, batch.seed_of(run), choice, halt)?));
-    let flown = work_through(journal.missing()?, threads, stop, work, |done| {
+    let work = |run, halt: &Halt<'_>| Ok((run, fly_seed(template, batch.seed_of(run), choice, || !halt.is_up())?));
+    let flown = work_through(journal.missing(stop)?, threads, stop, work, |done| {
         if let Some((run, metrics)) = done {
             journal.put(batch.seed_of(run), run, &batch.values(&metrics))?;
             progress.done += 1;
@@ -153,7 +163,7 @@ pub fn fly_into(
     if stop.load(Ordering::Relaxed) {
         return Err(MonteCarloError::Interrupted);
     }
-    let results = results::write(dir, batch, journal.complete_rows()?)?;
+    let results = results::write(dir, batch, journal.complete_rows(stop)?, stop)?;
     journal.remove()?;
     Ok(results)
 }
@@ -165,9 +175,9 @@ fn check_build(
     journal: &Journal,
     stop: &AtomicBool,
 ) -> Result<(), MonteCarloError> {
-    let Some((run, kept)) = journal.first_complete()? else { return Ok(()) };
+    let Some((run, kept)) = journal.first_complete(stop)? else { return Ok(()) };
     let seed = batch.seed_of(run);
-    let again = batch.values(&fly_seed(template, seed, batch.choice()?, stop)?);
+    let again = batch.values(&fly_seed(template, seed, batch.choice()?, || !stop.load(Ordering::Relaxed))?);
     let bits = |values: &[Option<f64>]| values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>();
     if stop.load(Ordering::Relaxed) {
         return Err(MonteCarloError::Interrupted);

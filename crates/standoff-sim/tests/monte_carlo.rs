@@ -264,12 +264,17 @@ fn a_seed_that_cannot_be_flown_is_named_and_the_others_are_kept() {
         let fly = fly_until(home.path(), &template, &whole, 1, u64::MAX);
         check_refused(fly, &[&format!("seed {bad}: "), "not smaller than radius_min_m"]);
     }
-    let kept = Cell::new(0);
-    let _ = fly_into(home.path(), &template, &whole, threads(1), &AtomicBool::new(true), |progress| {
-        kept.set(progress.done)
+    let (kept, stop) = (Cell::new(0), AtomicBool::new(false));
+    let _ = fly_into(home.path(), &template, &whole, threads(1), &stop, |progress| {
+        kept.set(progress.done);
+        stop.store(true, Ordering::Relaxed);
     });
     assert_eq!(kept.get(), bad - 5);
-    check_refused(fly_all(&template, 5..25, choice(), threads(1)), &[&format!("seed {bad}: ")]);
+    for n in [1, 2, 5, 20] {
+        check_refused(fly_all(&template, 5..25, choice(), threads(n)), &[&format!("seed {bad}: ")]);
+    }
+    // No room is made for a hundred million runs before they are flown.
+    check_refused(compare(&template, &template, 5, 100_000_000, choice(), threads(2)), &[&format!("seed {bad}: ")]);
 }
 
 /// Where the last files cannot be written, the runs stay in the journal.

@@ -148,7 +148,8 @@ pub fn compare(
     // The same limits as for a batch.
     Batch::new(a, seed, runs, None, choice)?;
     let flown = in_order(seed..seed + runs, threads, |seed, halt| {
-        Ok((fly_seed(a, seed, choice, halt)?.values(), fly_seed(b, seed, choice, halt)?.values()))
+        let fly = |template| fly_seed(template, seed, choice, || !halt.is_up());
+        Ok((fly(a)?.values(), fly(b)?.values()))
     })?;
     let metrics = choice.names().map(|name| {
         let index = Metrics::NAMES.iter().position(|known| *known == name).unwrap_or_default();

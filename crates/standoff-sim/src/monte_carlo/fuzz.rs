@@ -1,6 +1,7 @@
 //! Targets of `bolero`: the journal of a batch and its results. See [`crate::fuzz`].
 
 use std::fs;
+use std::sync::atomic::AtomicBool;
 
 use super::journal::{Journal, journal_of};
 use super::{Batch, Results, Values, results};
@@ -55,7 +56,7 @@ fn any_journal_is_read_or_refused() {
 #[test]
 fn any_results_are_read_or_refused() {
     let home = tempfile::tempdir().unwrap();
-    results::write(home.path(), &batch(), values().into_iter().map(Ok)).unwrap();
+    results::write(home.path(), &batch(), values().into_iter().map(Ok), &AtomicBool::new(false)).unwrap();
     let (manifest, table) = (home.path().join("monte-carlo.json"), home.path().join("runs.parquet"));
     let good_manifest = fs::read(&manifest).unwrap();
     let good_table = fs::read(&table).unwrap();

@@ -8,12 +8,14 @@
 //!
 //! Numbers are little-endian. Every run has its own place, in the order of runs, and a checksum that starts from the
 //! batch's: a slot that was never written, was torn, was changed or belongs to another batch is not a run, and is flown
-//! again. So the order in which runs end does not matter, and reading them back takes no memory.
+//! again. So the order in which runs end does not matter, and reading them back takes no memory, and no time for runs
+//! behind the last that was kept.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::batch::FORMAT;
@@ -101,14 +103,14 @@ impl Journal {
 
     /// The batch of a journal, and its runs, as [`Self::open`] and [`Self::rows`] would read them.
     #[cfg(test)]
-    pub(super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows)>, MonteCarloError> {
+    pub(super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
+        static NEVER: AtomicBool = AtomicBool::new(false);
         let mut file = File::open(path).unwrap();
         let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
         let start = file.stream_position().unwrap();
         let (runs, seal) = (batch.flown(), crc32fast::hash(&serde_json::to_vec(&batch).unwrap()));
-        let slots = Slots { start, runs: runs.clone(), metrics: batch.metrics.len(), seal };
-        let rows = Rows { path: path.to_owned(), file: BufReader::new(file), next: runs.start, slots, ended: false };
-        Ok(Some((batch, rows)))
+        let slots = Slots { start, runs, metrics: batch.metrics.len(), seal };
+        Ok(Some((batch, Rows::new(path.to_owned(), file, slots, &NEVER).unwrap())))
     }
 
     /// Where it lies.
@@ -146,21 +148,20 @@ impl Journal {
         Ok(())
     }
 
-    /// Every run in order: its values, or `None` if it is not complete.
-    pub(super) fn rows(&self) -> Result<Rows, MonteCarloError> {
+    /// Every run in order: its values, or `None` if it is not complete. When `stop` is set, as in the methods below, an
+    /// error that says so.
+    pub(super) fn rows<'a>(&self, stop: &'a AtomicBool) -> Result<Rows<'a>, MonteCarloError> {
         let path = self.dir.join(JOURNAL);
-        let unreadable = |reason| RecordError::read(&path, reason);
-        let mut file = File::open(&path).map_err(unreadable)?;
-        file.seek(SeekFrom::Start(self.slots.start)).map_err(unreadable)?;
-        let file = BufReader::new(file);
-        Ok(Rows { path, file, next: self.slots.runs.start, slots: self.slots.clone(), ended: false })
+        let opened = File::open(&path).and_then(|file| Rows::new(path.clone(), file, self.slots.clone(), stop));
+        Ok(opened.map_err(|reason| RecordError::read(&path, reason))?)
     }
 
     /// The runs that are not complete yet. Those that are being flown meanwhile do not come twice.
-    pub(super) fn missing(
+    pub(super) fn missing<'a>(
         &self,
-    ) -> Result<impl Iterator<Item = Result<u64, MonteCarloError>> + Send + use<>, MonteCarloError> {
-        Ok(self.rows()?.filter_map(|row| match row {
+        stop: &'a AtomicBool,
+    ) -> Result<impl Iterator<Item = Result<u64, MonteCarloError>> + Send + use<'a>, MonteCarloError> {
+        Ok(self.rows(stop)?.filter_map(|row| match row {
             Ok((_, Some(_))) => None,
             Ok((run, None)) => Some(Ok(run)),
             Err(error) => Some(Err(error)),
@@ -168,25 +169,26 @@ impl Journal {
     }
 
     /// Every run's values, in order; all must be complete.
-    pub(super) fn complete_rows(
+    pub(super) fn complete_rows<'a>(
         &self,
-    ) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + use<>, MonteCarloError> {
+        stop: &'a AtomicBool,
+    ) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + use<'a>, MonteCarloError> {
         let path = self.dir.join(JOURNAL);
-        Ok(self.rows()?.map(move |row| match row? {
+        Ok(self.rows(stop)?.map(move |row| match row? {
             (_, Some(values)) => Ok(values),
             (run, None) => Err(RecordError::read(&path, io::Error::other(format!("run {run} was not kept"))).into()),
         }))
     }
 
     /// The first complete run.
-    pub(super) fn first_complete(&self) -> Result<Option<(u64, Values)>, MonteCarloError> {
-        let mut complete = self.rows()?.filter_map(|row| row.map(|(run, values)| Some((run, values?))).transpose());
-        complete.next().transpose()
+    pub(super) fn first_complete(&self, stop: &AtomicBool) -> Result<Option<(u64, Values)>, MonteCarloError> {
+        let rows = self.rows(stop)?.with_a_slot();
+        rows.filter_map(|row| row.map(|(run, values)| Some((run, values?))).transpose()).next().transpose()
     }
 
     /// Number of complete runs.
-    pub(super) fn count(&self) -> Result<u64, MonteCarloError> {
-        self.rows()?.try_fold(0, |n, row| Ok(n + u64::from(row?.1.is_some())))
+    pub(super) fn count(&self, stop: &AtomicBool) -> Result<u64, MonteCarloError> {
+        self.rows(stop)?.with_a_slot().try_fold(0, |n, row| Ok(n + u64::from(row?.1.is_some())))
     }
 
     /// Ends the journal: its runs are kept elsewhere.
@@ -236,37 +238,56 @@ impl Slots {
 }
 
 /// Reads the runs of a journal, one after the other; ends after an error.
-pub(super) struct Rows {
+pub(super) struct Rows<'a> {
     path: PathBuf,
     file: BufReader<File>,
     slots: Slots,
-    next: u64,
-    /// The file has no more bytes, or cannot be read.
-    ended: bool,
+    /// What was read last.
+    slot: Vec<u8>,
+    left: Range<u64>,
+    /// The first run for which the file has no slot: nothing is read for it and those behind it.
+    first_without: u64,
+    stop: &'a AtomicBool,
 }
 
-impl Iterator for Rows {
+impl<'a> Rows<'a> {
+    fn new(path: PathBuf, mut file: File, slots: Slots, stop: &'a AtomicBool) -> io::Result<Self> {
+        let bytes = file.metadata()?.len().saturating_sub(slots.start);
+        let first_without = slots.runs.start + bytes / slots.size() as u64;
+        file.seek(SeekFrom::Start(slots.start))?;
+        let (file, slot, left) = (BufReader::new(file), vec![0; slots.size()], slots.runs.clone());
+        Ok(Self { path, file, slots, slot, left, first_without, stop })
+    }
+
+    /// Without those behind the last slot, none of which is complete: there may be a hundred million.
+    fn with_a_slot(mut self) -> Self {
+        self.left.end = self.left.end.min(self.first_without);
+        self
+    }
+
+    /// The values of the next run.
+    fn read(&mut self, run: u64) -> Result<Option<Values>, MonteCarloError> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(MonteCarloError::Interrupted);
+        }
+        if run >= self.first_without {
+            return Ok(None);
+        }
+        self.file.read_exact(&mut self.slot).map_err(|reason| RecordError::read(&self.path, reason))?;
+        Ok(self.slots.decode(run, &self.slot))
+    }
+}
+
+impl Iterator for Rows<'_> {
     type Item = Result<(u64, Option<Values>), MonteCarloError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if !self.slots.runs.contains(&self.next) {
-            return None;
+        let run = self.left.next()?;
+        let row = self.read(run).map(|values| (run, values));
+        if row.is_err() {
+            self.left = 0..0;
         }
-        let run = self.next;
-        self.next += 1;
-        let mut slot = vec![0; self.slots.size()];
-        if !self.ended {
-            match self.file.read_exact(&mut slot) {
-                Ok(()) => {}
-                Err(reason) if reason.kind() == io::ErrorKind::UnexpectedEof => self.ended = true,
-                Err(reason) => {
-                    self.next = self.slots.runs.end;
-                    return Some(Err(RecordError::read(&self.path, reason).into()));
-                }
-            }
-        }
-        let values = if self.ended { None } else { self.slots.decode(run, &slot) };
-        Some(Ok((run, values)))
+        Some(row)
     }
 }
 

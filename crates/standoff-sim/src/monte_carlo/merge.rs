@@ -1,6 +1,7 @@
 //! The shards of a batch, put together: the same bytes as if it had been flown in one piece.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use super::journal::Journal;
 use super::{MonteCarloError, Results, Shard, results};
@@ -54,7 +55,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
         Ok(rows) => Box::new(rows) as Box<dyn Iterator<Item = _>>,
         Err(error) => Box::new(std::iter::once(Err(error))),
     });
-    let merged = results::write(out, &whole, rows)?;
+    let merged = results::write(out, &whole, rows, &AtomicBool::new(false))?;
     journal.remove()?;
     Ok(merged)
 }

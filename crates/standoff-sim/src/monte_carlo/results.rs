@@ -4,6 +4,7 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -204,11 +205,12 @@ fn first_in(dir: &Path) -> String {
 }
 
 /// Completes the folder of a batch from its rows, in the order of runs: every file is written under another name, seen
-/// onto the disk and renamed, the rows last.
+/// onto the disk and renamed, the rows last. If `stop` is set before that, it is not complete.
 pub(super) fn write(
     dir: &Path,
     batch: &Batch,
     rows: impl Iterator<Item = Result<Values, MonteCarloError>>,
+    stop: &AtomicBool,
 ) -> Result<Results, MonteCarloError> {
     let partial = dir.join(format!("{RUNS}{PARTIAL}"));
     let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics.iter().map(String::as_str)))?;
@@ -219,7 +221,7 @@ pub(super) fn write(
     table.finish()?;
     let manifest = Manifest { batch: batch.clone(), runs_crc32: checksum(&partial)? };
     let unwritable = |error: serde_json::Error| RecordError::write(dir, error.into());
-    save(dir, SUMMARY, &Runs::open(batch, partial.clone())?.summary()?.json().map_err(unwritable)?)?;
+    save(dir, SUMMARY, &Runs::open(batch, partial.clone())?.summary_unless(stop)?.json().map_err(unwritable)?)?;
     save(dir, MANIFEST, &(serde_json::to_string_pretty(&manifest).map_err(unwritable)? + "\n"))?;
     let path = dir.join(RUNS);
     fs::rename(&partial, &path).map_err(|reason| RecordError::write(&path, reason))?;
@@ -271,11 +273,19 @@ impl<'a> Runs<'a> {
 
     /// The statistics of every metric.
     pub fn summary(&self) -> Result<Summary, MonteCarloError> {
+        self.summary_unless(&AtomicBool::new(false))
+    }
+
+    /// The statistics of every metric; ends when `stop` is set.
+    fn summary_unless(&self, stop: &AtomicBool) -> Result<Summary, MonteCarloError> {
         // One metric at a time, so that memory holds one column.
+        let column = |name: &str| {
+            if stop.load(Ordering::Relaxed) { Err(MonteCarloError::Interrupted) } else { self.column(name) }
+        };
         let statistics = |name: &String| {
-            let mut statistics = Statistics::of(&self.column(name)?);
+            let mut statistics = Statistics::of(&column(name)?);
             if let Some((_, above, below)) = Metrics::POOLED.iter().find(|(pooled, ..)| pooled == name) {
-                let pooled = pooled_root_ratio(&self.column(above)?, &self.column(below)?);
+                let pooled = pooled_root_ratio(&column(above)?, &column(below)?);
                 statistics.mean = pooled.map(|pooled| pooled.mean);
                 statistics.ci95 = pooled.and_then(|pooled| pooled.ci95);
             }

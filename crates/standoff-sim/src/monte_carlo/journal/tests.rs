@@ -3,6 +3,8 @@
 use super::super::Shard;
 use super::*;
 
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 fn batch() -> Batch {
     Batch {
         format: FORMAT,
@@ -27,7 +29,7 @@ fn put(journal: &mut Journal, run: u64) -> Result<(), MonteCarloError> {
 }
 
 fn rows(journal: &Journal) -> Vec<(u64, Option<Vec<Option<f64>>>)> {
-    journal.rows().unwrap().map(Result::unwrap).collect()
+    journal.rows(&NEVER).unwrap().map(Result::unwrap).collect()
 }
 
 /// A folder with this journal.
@@ -51,9 +53,9 @@ fn journal_of(runs: &[u64]) -> (Vec<u8>, usize) {
 
 /// Flies what is missing, so to speak.
 fn complete(journal: &mut Journal) {
-    let missing: Vec<u64> = journal.missing().unwrap().map(Result::unwrap).collect();
+    let missing: Vec<u64> = journal.missing(&NEVER).unwrap().map(Result::unwrap).collect();
     missing.into_iter().for_each(|run| put(journal, run).unwrap());
-    let complete: Vec<_> = journal.complete_rows().unwrap().map(Result::unwrap).collect();
+    let complete: Vec<_> = journal.complete_rows(&NEVER).unwrap().map(Result::unwrap).collect();
     assert_eq!(complete, (6..12).map(values).collect::<Vec<_>>());
 }
 
@@ -67,7 +69,7 @@ fn runs_are_kept_in_their_places_in_whatever_order_they_end() {
     let journal = Journal::open(dir.path(), &batch()).unwrap();
     let kept = |run| (run, [6, 9].contains(&run).then(|| values(run)));
     assert_eq!(rows(&journal), (6..12).map(kept).collect::<Vec<_>>());
-    assert_eq!((journal.count().unwrap(), journal.first_complete().unwrap()), (2, Some((6, values(6)))));
+    assert_eq!((journal.count(&NEVER).unwrap(), journal.first_complete(&NEVER).unwrap()), (2, Some((6, values(6)))));
 }
 
 #[test]
@@ -79,7 +81,7 @@ fn a_journal_cut_off_anywhere_keeps_the_runs_before_the_cut() {
         let dir = folder(&whole[..length]);
         let mut journal = Journal::open(dir.path(), &batch()).unwrap();
         let kept = (length.saturating_sub(start) / slot) as u64;
-        assert_eq!(journal.count().unwrap(), kept, "{length} bytes");
+        assert_eq!(journal.count(&NEVER).unwrap(), kept, "{length} bytes");
         let expected = |run| (run, (run < 6 + kept).then(|| values(run)));
         assert_eq!(rows(&journal), (6..12).map(expected).collect::<Vec<_>>(), "{length} bytes");
         complete(&mut journal);
@@ -129,7 +131,7 @@ fn a_slot_counts_only_in_its_batch_and_place() {
     assert_eq!(foreign.len(), start);
     foreign.extend_from_slice(&whole[start..]);
     let dir = folder(&foreign);
-    assert_eq!(Journal::open(dir.path(), &other).unwrap().count().unwrap(), 0);
+    assert_eq!(Journal::open(dir.path(), &other).unwrap().count(&NEVER).unwrap(), 0);
     let refusal = Journal::open(dir.path(), &batch()).unwrap_err().to_string();
     assert!(refusal.contains("the first seed is 8, not 7"), "{refusal}");
 }
@@ -162,7 +164,7 @@ fn a_value_that_is_no_number_is_a_fault_and_is_not_kept() {
         let error = journal.put(13, 6, &[Some(1.0), Some(wrong)]).unwrap_err();
         assert!(error.to_string().starts_with("seed 13: b is not finite"), "{error}");
     }
-    assert_eq!(journal.count().unwrap(), 0);
+    assert_eq!(journal.count(&NEVER).unwrap(), 0);
 }
 
 #[test]
@@ -174,4 +176,37 @@ fn a_full_disk_is_an_error_with_the_systems_reason() {
     let error = put(&mut journal, 6).unwrap_err();
     assert!(error.to_string().contains("No space left on device"), "{error}");
     assert!(!error.is_wrong_input());
+}
+
+/// So a batch of very many begins and goes on at once.
+#[test]
+fn nothing_is_read_of_runs_behind_the_last_that_was_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let many = Batch { runs: 100_000_000, shard: None, ..batch() };
+    let mut journal = Journal::open(dir.path(), &many).unwrap();
+    for run in [0, 3] {
+        journal.put(7 + run, run, &values(run)).unwrap();
+    }
+    assert_eq!(journal.rows(&NEVER).unwrap().with_a_slot().count(), 4);
+    assert_eq!(journal.count(&NEVER).unwrap(), 2);
+    let missing: Vec<u64> = journal.missing(&NEVER).unwrap().take(4).map(Result::unwrap).collect();
+    assert_eq!(missing, [1, 2, 4, 5]);
+}
+
+#[test]
+fn stopped_on_its_last_steps_a_batch_is_not_complete_and_nothing_is_lost() {
+    let (whole, _) = journal_of(&[6, 7, 8, 9, 10, 11]);
+    let dir = folder(&whole);
+    let journal = Journal::open(dir.path(), &batch()).unwrap();
+    let stopped = AtomicBool::new(true);
+    for rows_stop in [&NEVER, &stopped] {
+        let rows = journal.complete_rows(rows_stop).unwrap();
+        let error = results::write(dir.path(), &batch(), rows, &stopped).unwrap_err();
+        assert!(matches!(error, MonteCarloError::Interrupted), "{error}");
+        assert!(!results::are_in(dir.path()));
+    }
+    assert!(matches!(journal.count(&stopped), Err(MonteCarloError::Interrupted)));
+    assert_eq!(bytes(&dir), whole);
+    results::write(dir.path(), &batch(), journal.complete_rows(&NEVER).unwrap(), &NEVER).unwrap();
+    assert!(results::are_in(dir.path()));
 }
