@@ -21,7 +21,7 @@ use crate::failure::{Failure, note, refused};
 use crate::interruption::Interruption;
 use crate::mcap::Mcap;
 use crate::outcome::{Wanted, lines};
-use crate::tell::tell;
+use crate::tell::{Told, of_record, tell};
 use crate::watch::{Pace, Served, Watched, manifest, rate};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -92,7 +92,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let out = match &args.out {
-        Some(out) => out.clone(),
+        // Without a slash at its end: a link to a folder would be followed half of the way.
+        Some(out) => out.components().collect(),
         None => Path::new("standoff-out").join(format!("{}-{}", scenario.name, scenario.seed)),
     };
     let there = occupancy(&out);
@@ -120,10 +121,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // If that file has failed, the record is published all the same.
     let filed = mcap.map_or(Ok(()), Mcap::close);
     // Where there is no room for figures, the record, which is complete, is published all the same.
-    let told = tell(closed.dir(), closed.dir(), args.metrics.choice);
+    let (dir, choice) = (closed.dir().to_owned(), args.metrics.choice);
+    let told = interruption.unless_come(move || tell(&dir, choice));
     closed.publish().map_err(Failure::running)?;
-    let outcome = told?;
+    let Told { outcome, written } = told.ok_or_else(|| {
+        let out = out.display();
+        Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
+    })??;
     outcome.print(args.json, &out)?;
+    written?;
     let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics), &interruption));
     filed.and(shown)
 }
@@ -174,7 +180,7 @@ fn fly(
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     let resolved = scenario.resolved().map_err(Failure::Scenario)?;
     let names = World::names(scenario);
-    let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(Failure::running)?;
+    let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(of_record)?;
     if let Some(older) = writer.set_aside() {
         note(&format!("note: an unfinished run is kept in {} until this one is complete", older.display()));
     }

@@ -19,11 +19,20 @@ const REPORT_ROWS: u64 = 300_000;
 
 /// `standoff show`: tells a run again; its summary and figures are made anew. Of an unfinished one it tells what there is.
 pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
-    tell(dir, dir, choice)?.print(json, dir)
+    let Told { outcome, written } = tell(dir, choice)?;
+    outcome.print(json, dir)?;
+    written
 }
 
-/// Scores and draws the record in `dir`; summary and figures go to `to`.
-pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Failure> {
+/// What there is to tell of a run.
+pub(crate) struct Told {
+    pub(crate) outcome: Outcome,
+    /// Whether there was room for summary, figures and page.
+    pub(crate) written: Result<(), Failure>,
+}
+
+/// Scores and draws the record in `dir`; puts summary, figures and page beside it.
+pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
     let record = Record::open(dir).map_err(Failure::input)?;
     tell_end(&record);
     if !record.has_truth() {
@@ -32,11 +41,11 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     let settings = settings_of(&record)?;
     let rules = Rules::of(&settings);
     let mut scorer = Scorer::new(rules, choice);
-    let rows = record.target_rows().map_err(unreadable)?;
+    let rows = record.target_rows().map_err(of_record)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let (mut encoder, mut parts) = (Encoder::new(&rules, stride), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
-    let frames = record.frames().map_err(unreadable)?.inspect(|frame| {
+    let frames = record.frames().map_err(of_record)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
         scorer.frame(frame);
         parts.extend(encoder.frame(frame));
@@ -46,12 +55,9 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
     let manifest = record.manifest();
     let setup = setup(manifest.title(), &settings);
     let figures = figures(frames, &setup).map_err(|error| match error {
-        FigureError::Frame(error) => unreadable(error),
+        FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),
     })?;
-    for figure in figures {
-        save(&to.join(format!("{}.svg", figure.name)), &figure.svg)?;
-    }
     let outcome = Outcome {
         scenario: manifest.scenario.clone(),
         seed: manifest.seed,
@@ -63,12 +69,16 @@ pub(crate) fn tell(dir: &Path, to: &Path, choice: Choice) -> Result<Outcome, Fai
         events,
     };
     tell_left_out(outcome.events.left_out());
-    save(&to.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics));
-    save(&to.join("report.html"), &page::report(&head, &parts).map_err(Failure::running)?)?;
-    Ok(outcome)
+    let write = || {
+        figures.iter().try_for_each(|figure| save(&dir.join(format!("{}.svg", figure.name)), &figure.svg))?;
+        save(&dir.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
+        save(&dir.join("report.html"), &page::report(&head, &parts).map_err(Failure::running)?)
+    };
+    let written = write();
+    Ok(Told { outcome, written })
 }
 
 /// Says so if the run is unfinished.
@@ -99,7 +109,7 @@ pub(crate) fn settings_of(record: &Record) -> Result<Settings, Failure> {
 }
 
 /// A record that is not what it should be is wrong input.
-pub(crate) fn unreadable(error: RecordError) -> Failure {
+pub(crate) fn of_record(error: RecordError) -> Failure {
     if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
 }
 

@@ -18,7 +18,7 @@ use crate::failure::{Failure, note, print, refused};
 use crate::interruption::Interruption;
 use crate::outcome::{Wanted, lines};
 use crate::run::DEFAULT_SCENARIO;
-use crate::tell::{settings_of, tell_end, unreadable};
+use crate::tell::{of_record, settings_of, tell_end};
 use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -123,7 +123,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false)?;
     let choice = args.metrics.choice;
     let dir = PathBuf::from(dir);
-    let frames = record.frames().map_err(unreadable)?;
+    let frames = record.frames().map_err(of_record)?;
     let work = move |watched: Watched| {
         let mut told = Told::new(watched, &settings, choice);
         for frame in frames {

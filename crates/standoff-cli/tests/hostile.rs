@@ -152,6 +152,10 @@ fn keys_and_names_of_the_command_line_are_bounded() {
         assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
         assert!(message.contains(expected) && message.len() < 10_000, "{message}");
     }
+    let output = standoff(folder.path(), &["run", "tour/01-one-uav", "--set", "duration_s=5\nperiod_s=1"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
+    assert!(message.contains("must be one line; give --set once for each value"), "{message}");
     let long = "x\u{1b}".repeat(40_000);
     for args in [["run", &long].as_slice(), &["compare", "a", &long], &["monte-carlo", "a", "--metrics", &long]] {
         check_refused(folder.path(), args, &["\"x\\u{1b}x", "an argument of 80000 bytes; at most 4096"]);
@@ -452,7 +456,8 @@ fn tables_that_are_none_are_refused() {
 #[test]
 fn tables_in_a_format_that_is_not_read_are_told_with_what_to_do() {
     // In a table's description: Snappy (1), then the name of a column and the last of its encodings, RLE (3), before it.
-    let advice = "save it again with plain or dictionary encoding, and compressed by snappy or not at all";
+    let advice =
+        "save it again with the types that it had, plain or dictionary encoding, and compressed by snappy or not";
     let name = b"\x19\x18\x03uav\x15\x02";
     let uavs = fs::read(GOOD.path().join("run/uavs.parquet")).unwrap();
     let at = uavs.windows(name.len()).rposition(|bytes| bytes == name).unwrap();

@@ -179,6 +179,58 @@ fn an_interrupted_run_ends_soon_and_says_where_it_is_and_how_far_it_got() {
     }
 }
 
+/// Whichever comes first, or in between: the place holds one of their records, or the older one, and never a mixture; the
+/// other says that somebody is there, or comes after.
+#[test]
+fn two_runs_into_one_place_at_once_never_mix() {
+    let folder = tempfile::tempdir().unwrap();
+    let fly = |out: &str, seed: &str| {
+        command(folder.path(), &["run", "tour/01-one-uav", "--set", "duration_s=2", "--out", out, "--seed", seed])
+    };
+    for seed in ["1", "2", "3"] {
+        assert!(fly(seed, seed).output().unwrap().status.success());
+    }
+    let path = |name: &str| folder.path().join(name);
+    assert!(fly("o", "3").output().unwrap().status.success());
+    for round in 0..40 {
+        let runs = ["1", "2"].map(|seed| fly("o", seed).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap());
+        let ends = runs.map(|run| run.wait_with_output().unwrap());
+        for end in &ends {
+            let said = text(&end.stderr);
+            let is_told = end.status.success() || said.contains("another run is writing");
+            assert!(is_told, "round {round}: {:?}: {said}", end.status.code());
+        }
+        let seeds = ["1", "2", "3"].iter().zip([ends[0].status.success(), ends[1].status.success(), false]);
+        let whole: Vec<_> = seeds.filter(|(seed, _)| is_same(&path("o"), &path(seed))).collect();
+        assert!(matches!(whole[..], [(_, true)]), "round {round}: {whole:?}");
+        assert_eq!(names(folder.path()), ["1", "2", "3", "o"]);
+    }
+}
+
+#[test]
+fn names_that_standoff_gives_itself_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for out in ["o.partial", "o.standoff-older", "o.partial/"] {
+        let output = standoff(folder.path(), &[&SHORT[..], &[out]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains("has a name that standoff gives itself"), "{}", text(&output.stderr));
+    }
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_to_a_folder_is_refused_before_the_flight_with_a_slash_or_without() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("real")).unwrap();
+    std::os::unix::fs::symlink("real", folder.path().join("link")).unwrap();
+    for out in ["link", "link/", "link/."] {
+        let output = standoff(folder.path(), &[&SHORT[..], &[out]].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    }
+    assert_eq!(names(folder.path()), ["link", "real"]);
+}
+
 /// Starts a command that says something at its beginning, lets it wait there (nobody reads on) until it expects Ctrl-C,
 /// interrupts it, and lets it go on. Gives its exit status and what it says.
 #[cfg(target_os = "linux")]

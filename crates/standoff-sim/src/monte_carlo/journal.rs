@@ -79,6 +79,10 @@ impl Journal {
         let path = dir.join(JOURNAL);
         let refused = |reason| RecordError::write(&path, reason);
         fs::create_dir_all(dir).map_err(|reason| RecordError::write(dir, reason))?;
+        // Where a link leads to, something else may lie.
+        if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
+            return Err(RecordError::Occupied { dir: dir.to_owned(), what: JOURNAL.to_owned() }.into());
+        }
         let mut file =
             File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(refused)?;
         match file.try_lock() {

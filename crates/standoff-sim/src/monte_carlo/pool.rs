@@ -106,7 +106,7 @@ mod tests {
     /// Job 2 fails first in time; when job 3 is halted for that, job 1 fails, too, and job 0 comes to its end.
     #[test]
     fn the_error_is_that_of_the_first_job_and_all_before_it_are_done() {
-        let is_halted = AtomicBool::new(false);
+        let (has_begun, is_halted) = (AtomicBool::new(false), AtomicBool::new(false));
         let wait_for = |what: &dyn Fn() -> bool| {
             while !what() {
                 thread::yield_now();
@@ -115,7 +115,10 @@ mod tests {
         let work = |job: u64, halt: &Halt<'_>| {
             match job {
                 0 | 1 => wait_for(&|| is_halted.load(Ordering::Relaxed)),
+                // Once it has failed, no other begins.
+                2 => wait_for(&|| has_begun.load(Ordering::Relaxed)),
                 3 => {
+                    has_begun.store(true, Ordering::Relaxed);
                     wait_for(&|| halt.is_up());
                     is_halted.store(true, Ordering::Relaxed);
                 }

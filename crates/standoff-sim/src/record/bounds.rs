@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::Manifest;
-use super::frame::{DetectionRow, Frame, TrackRow, TruthRow, UavRow};
+use super::frame::{DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
 use super::rows::{MOST_UAVS, seconds};
 use super::table::Row;
 
@@ -49,7 +49,7 @@ impl Bounds {
 
     /// Takes in the next frame.
     pub(super) fn check(&mut self, frame: &Frame) -> Result<(), Beyond> {
-        let Frame { time_us, uavs, truth, tracks, detections, .. } = frame;
+        let Frame { time_us, uavs, truth, tracks, detections, events, .. } = frame;
         let time_s = seconds(*time_us);
         let beyond = |what: String| Err(Beyond { table: UavRow::TABLE, what });
         if !(0.0..=self.until_s).contains(&time_s) {
@@ -63,14 +63,15 @@ impl Bounds {
         if self.instants > MAX_INSTANTS {
             return beyond(format!("it has more than {MAX_INSTANTS} instants"));
         }
-        self.check_targets(time_s, truth, |row: &TruthRow| row.target)?;
-        self.check_targets(time_s, tracks, |row: &TrackRow| row.target)?;
-        self.check_targets(time_s, detections, |row: &DetectionRow| row.target)
+        self.check_targets(time_s, truth, |row: &TruthRow| Some(row.target))?;
+        self.check_targets(time_s, tracks, |row: &TrackRow| Some(row.target))?;
+        self.check_targets(time_s, detections, |row: &DetectionRow| Some(row.target))?;
+        self.check_targets(time_s, events, |row: &EventRow| row.target)
     }
 
     /// Refuses rows of a target that has no name: the table may be another record's.
-    fn check_targets<R: Row>(&self, time_s: f64, rows: &[R], target: impl Fn(&R) -> u32) -> Result<(), Beyond> {
-        let stranger = rows.iter().map(target).find(|&target| target as usize >= self.targets);
+    fn check_targets<R: Row>(&self, time_s: f64, rows: &[R], target: impl Fn(&R) -> Option<u32>) -> Result<(), Beyond> {
+        let stranger = rows.iter().filter_map(target).find(|&target| target as usize >= self.targets);
         stranger.map_or(Ok(()), |stranger| {
             let what = format!("it has target {stranger} at {time_s} s, and the run has {} targets", self.targets);
             Err(Beyond { table: R::TABLE, what })

@@ -38,8 +38,9 @@ pub enum RecordError {
     },
     /// Another program wrote a table again, in a way that is not read here.
     #[error(
-        "{} cannot be read: {what}; save it again with plain or dictionary encoding, and compressed by snappy or not at \
-         all (pandas: to_parquet(path, compression=\"snappy\"))",
+        "{} cannot be read: {what}; save it again with the types that it had, plain or dictionary encoding, and \
+         compressed by snappy or not at all (pandas: read_parquet(path, dtype_backend=\"pyarrow\") and \
+         to_parquet(path, compression=\"snappy\"))",
         text::path(path)
     )]
     Foreign {
@@ -98,6 +99,15 @@ pub enum RecordError {
     /// The name cannot be that of a record's folder.
     #[error("{} does not name a folder that could be made; give a name", text::path(dir))]
     NoName {
+        /// The name as given.
+        dir: PathBuf,
+    },
+    /// The name is one that standoff gives to runs that are not whole yet, or are being replaced.
+    #[error(
+        "{} has a name that standoff gives itself, to what is unfinished or being replaced; name another folder",
+        text::path(dir)
+    )]
+    Reserved {
         /// The name as given.
         dir: PathBuf,
     },

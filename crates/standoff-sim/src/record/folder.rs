@@ -3,6 +3,8 @@
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use super::checkpoint::{self, CHECKPOINT, Checkpoint};
 use super::rows::is_table;
@@ -58,6 +60,38 @@ pub(super) struct Growing {
     pub(super) made: Vec<PathBuf>,
     /// Where an unfinished run now lies that was there before.
     pub(super) set_aside: Option<PathBuf>,
+    /// Held until the folder has a manifest with a lock on it: without one, it looks as if an ended run had left it.
+    pub(super) turn: Turn,
+}
+
+/// What lets one run at a time, of all that lie beside one another, look at what is there and move it. It ends with the
+/// process at the latest.
+pub(super) struct Turn {
+    /// The folder in which they lie, locked. Where it cannot be, runs are trusted to keep out of each other's way.
+    _parent: Option<File>,
+}
+
+/// Longest wait for the turn: others hold it for as long as it takes to move or remove the files of a run.
+const TURN_MAX: Duration = Duration::from_secs(20);
+
+impl Turn {
+    /// Waits for the turn beside `dir`.
+    pub(super) fn beside(dir: &Path) -> Result<Self, RecordError> {
+        let parent = dir.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let Ok(parent) = File::open(parent) else { return Ok(Self { _parent: None }) };
+        let until = Instant::now() + TURN_MAX;
+        loop {
+            match parent.try_lock() {
+                Ok(()) => return Ok(Self { _parent: Some(parent) }),
+                Err(TryLockError::Error(_)) => return Ok(Self { _parent: None }),
+                Err(TryLockError::WouldBlock) if Instant::now() > until => {
+                    let dir = dir.to_owned();
+                    return Err(RecordError::InUse { dir });
+                }
+                Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(5)),
+            }
+        }
+    }
 }
 
 /// Makes the folder in which the record of `dir` grows, with the parents it needs.
@@ -65,20 +99,25 @@ pub(super) struct Growing {
 /// What an ended run has left there is not lost: a complete record is moved to its place, an unfinished one is set aside
 /// until the new one is whole; of two unfinished ones that which tells further.
 pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
-    if dir.file_name().is_none() {
+    let Some(name) = dir.file_name().map(|name| name.to_string_lossy()) else {
         let dir = dir.to_owned();
         return Err(RecordError::NoName { dir });
+    };
+    if [PARTIAL, OLDER].iter().any(|ending| name.ends_with(ending)) {
+        let dir = dir.to_owned();
+        return Err(RecordError::Reserved { dir });
     }
     let (partial, older) = (beside(dir, PARTIAL), beside(dir, OLDER));
-    check_place(dir, &older)?;
-    let set_aside = settle(dir, &partial, &older)?;
     let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());
     let made: Vec<PathBuf> = parents.take_while(|parent| !parent.exists()).map(Path::to_owned).collect();
     if let Some(parent) = partial.parent() {
         fs::create_dir_all(parent).map_err(|reason| RecordError::write(parent, reason))?;
     }
+    let turn = Turn::beside(dir)?;
+    check_place(dir, &older)?;
+    let set_aside = settle(dir, &partial, &older)?;
     match fs::create_dir(&partial) {
-        Ok(()) => Ok(Growing { path: partial, made, set_aside }),
+        Ok(()) => Ok(Growing { path: partial, made, set_aside, turn }),
         Err(reason) if reason.kind() == io::ErrorKind::AlreadyExists => Err(RecordError::InUse { dir: partial }),
         Err(reason) => Err(RecordError::write(&partial, reason)),
     }
@@ -92,7 +131,7 @@ fn check_place(dir: &Path, older: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Moves a finished record to its place. An older run there is moved aside first and removed last: at every instant the
+/// Moves a finished record to its place, in its [`Turn`]. An older run there is moved aside first and removed last: at every instant the
 /// one or the other is whole.
 pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordError> {
     let older = beside(dir, OLDER);
@@ -119,7 +158,7 @@ pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordEr
     Ok(())
 }
 
-/// Moves or removes what ended runs have left, if nobody is writing it. Gives where an unfinished run was set aside.
+/// Moves or removes what ended runs have left, if nobody is writing it, in its [`Turn`]. Gives where an unfinished run was set aside.
 fn settle(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, RecordError> {
     let left = contents(partial).map_err(|reason| RecordError::read(partial, reason))?;
     if matches!(left, Contents::NotOurs) {

@@ -222,8 +222,8 @@ impl<R: Row> TableReader<R> {
         for source in &sources {
             plausible::check_rows(&source.metadata).map_err(|what| RecordError::damaged(&path, what))?;
             let schema = source.metadata.file_metadata().schema_descr();
-            let found: Result<Vec<usize>, _> = columns.iter().map(|c| place(c, schema)).collect();
-            let found = found.map_err(|what| RecordError::damaged(&path, what))?;
+            let found: Result<Vec<usize>, _> = columns.iter().map(|c| place(c, schema, &path)).collect();
+            let found = found?;
             plausible::check_format(&source.metadata, &found).map_err(|what| RecordError::foreign(&path, what))?;
             if !(places.is_empty() || places == found) {
                 return Err(RecordError::damaged(&path, "its parts have other columns".to_owned()));
@@ -352,19 +352,20 @@ fn quietly<T>(work: impl FnOnce() -> T) -> T {
 }
 
 /// Where the column is in a file; columns that this version does not know are passed over.
-fn place(column: &Column, schema: &SchemaDescriptor) -> Result<usize, String> {
+fn place(column: &Column, schema: &SchemaDescriptor, path: &Path) -> Result<usize, RecordError> {
     let mut found = schema.columns().iter().enumerate().filter(|(_, c)| c.path().parts() == [column.name()]);
     let place = found.next().map(|(place, _)| place);
     if found.next().is_some() {
-        return Err(format!("column {} is there twice", column.name()));
+        return Err(RecordError::damaged(path, format!("column {} is there twice", column.name())));
     }
     match place {
         Some(place) if column.fits(&schema.column(place)) => Ok(place),
         Some(place) => {
             let (name, other) = (column.name(), schema.column(place).physical_type());
-            Err(format!("column {name} has another type: {other}, not {}", column.physical()))
+            // Pandas makes floating-point numbers of whole ones if some are missing.
+            Err(RecordError::foreign(path, format!("column {name} has the type {other}, not {}", column.physical())))
         }
-        None => Err(format!("column {} is missing", column.name())),
+        None => Err(RecordError::damaged(path, format!("column {} is missing", column.name()))),
     }
 }
 
@@ -405,6 +406,19 @@ mod tests {
         TableWriter::<TargetRow>::with_columns(path.clone(), columns()).unwrap().finish().unwrap();
         let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
         assert!(error.contains("column target is there twice"), "{error}");
+    }
+
+    /// As pandas saves whole numbers of which some are missing.
+    #[test]
+    fn a_column_of_another_type_is_not_called_damaged() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("table.parquet");
+        let mut columns = Vec::new();
+        f64::declare("target", &mut columns);
+        TableWriter::<TargetRow>::with_columns(path.clone(), columns).unwrap().finish().unwrap();
+        let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
+        let expected = "column target has the type DOUBLE, not INT32; save it again with the types that it had";
+        assert!(error.contains(expected), "{error}");
     }
 
     #[test]

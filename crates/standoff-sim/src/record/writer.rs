@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
-use super::folder::{self, Growing, MANIFEST, SCENARIO};
+use super::folder::{self, Growing, MANIFEST, SCENARIO, Turn};
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableWriter, file_of};
@@ -65,11 +65,11 @@ pub struct Writer {
     kept_us: Option<i64>,
     set_aside: Option<PathBuf>,
     manifest: Manifest,
+    dir: PathBuf,
+    // As fields are dropped in order, the tables are closed before their folder goes, and others keep out until it has.
+    partial: Partial,
     /// Open, because it holds the lock.
     lock: File,
-    dir: PathBuf,
-    // Last, as fields are dropped in order: the files are closed before their folder goes.
-    partial: Partial,
 }
 
 /// What is left of a run that did not come to its end: a record that can be read.
@@ -99,8 +99,9 @@ impl Writer {
         let names = check_names(target_names.len(), target_names.iter().map(String::len).sum());
         names.map_err(|what| bad_frame(0, what))?;
         let json = manifest.to_json()?;
-        let (partial, set_aside) = Partial::make(dir)?;
+        let (mut partial, set_aside) = Partial::make(dir)?;
         let lock = put_manifest(&partial.path, &json, false)?;
+        partial.turn = None;
         let path = partial.path.join(SCENARIO);
         let file = File::create(&path).and_then(|mut file| file.write_all(scenario_toml.as_bytes()).map(|()| file));
         file.and_then(|file| file.sync_all()).map_err(|reason| RecordError::write(&path, reason))?;
@@ -124,9 +125,9 @@ impl Writer {
             kept_us: None,
             set_aside,
             manifest,
-            lock,
             dir: dir.to_owned(),
             partial,
+            lock,
         })
     }
 
@@ -272,7 +273,8 @@ impl Closed {
     ///
     /// If only the move fails, the record is kept where it is: [`RecordError::NotMoved`].
     pub fn publish(self) -> Result<(), RecordError> {
-        folder::move_into_place(&self.dir, &self.place).map_err(|reason| match self.dir.exists() {
+        let moved = Turn::beside(&self.place).and_then(|_turn| folder::move_into_place(&self.dir, &self.place));
+        moved.map_err(|reason| match self.dir.exists() {
             true => RecordError::NotMoved { kept: self.dir.clone(), reason: Box::new(reason) },
             false => reason,
         })
@@ -317,20 +319,26 @@ struct Partial {
     path: PathBuf,
     /// Parents made for it, innermost first.
     made: Vec<PathBuf>,
+    /// Until it has a manifest.
+    turn: Option<Turn>,
     keep: bool,
 }
 
 impl Partial {
     /// Gives, too, where an unfinished run was set aside.
     fn make(dir: &Path) -> Result<(Self, Option<PathBuf>), RecordError> {
-        let Growing { path, made, set_aside } = folder::make_partial(dir)?;
-        Ok((Self { path, made, keep: false }, set_aside))
+        let Growing { path, made, set_aside, turn } = folder::make_partial(dir)?;
+        Ok((Self { path, made, turn: Some(turn), keep: false }, set_aside))
     }
 }
 
 impl Drop for Partial {
     fn drop(&mut self) {
-        if !self.keep {
+        if self.keep {
+            return;
+        }
+        let turn = self.turn.take().map_or_else(|| Turn::beside(&self.path), Ok);
+        if turn.is_ok() {
             // Nobody is left to tell, and the next run tries again.
             let _ = folder::remove_ours(&self.path);
             for parent in &self.made {

@@ -16,7 +16,7 @@ use super::file::ScenarioFile;
 use super::form::{self, MISTAKES_MAX, did_you_mean, nearest};
 use super::locate::{Map, line_around, place_of};
 use crate::input;
-use crate::text::{quoted, words};
+use crate::text::{escaped, quoted, words};
 
 /// Longer files are refused. As many targets as are allowed, spelt out, are 1 MiB.
 pub(crate) const LENGTH_MAX: u64 = 2 << 20;
@@ -119,6 +119,11 @@ impl Typed {
             }
             let text = format!("--set {edit}");
             problems.extend(match edit.split_once('=') {
+                // More than one value could be in it, of which the first would count.
+                Some(_) if edit.contains(['\n', '\r']) => {
+                    let what = format!("{}: must be one line; give --set once for each value", quoted(edit));
+                    Some(on_command_line(what, &escaped(&text).into()))
+                }
                 Some((key, value)) => origin.edit(&mut table, key.trim(), value_of(value.trim()), &text),
                 None => {
                     let what = format!("{}: must be KEY=VALUE, like guidance.radial_gain=0.5", quoted(edit));

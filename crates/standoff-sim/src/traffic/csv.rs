@@ -15,8 +15,8 @@ use table::Table;
 
 const TIME: &[&str] = &["t_s", "time_s", "t", "time", "timestep_time"];
 const VEHICLE: &[&str] = &["vehicle", "vehicle_id", "id", "track", "target"];
-const X: &[&str] = &["x_m", "x_east_m", "x", "east_m"];
-const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m"];
+const X: &[&str] = &["x_m", "x_east_m", "x", "east_m", "vehicle_x"];
+const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y"];
 const LAT: &[&str] = &["lat_deg", "lat", "latitude"];
 const LON: &[&str] = &["lon_deg", "lon", "longitude"];
 
@@ -177,7 +177,7 @@ mod tests {
             "accepted: lat_deg, lat, latitude, lon_deg, lon, longitude; rename a column, and separate columns by commas"
         ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
-        assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, y_m,"), "{metres}");
+        assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, vehicle_x, y_m,"), "{metres}");
     }
 
     #[test]
@@ -255,6 +255,14 @@ mod tests {
         assert!(other.starts_with("f.csv:3:3: a quote opens here and is closed at 4:3, amid a field;"), "{other}");
         assert!(error("t,\"id,x,y\n0,v,0,0\n").starts_with("f.csv:1:3: a quote opens here and is not closed"));
         assert!(read("t,id,x,y,size\n0,\"v\" ,0,0,5\" long\n").is_ok(), "a quote within a field is a sign");
+    }
+
+    #[test]
+    fn a_row_is_not_taken_for_a_comment() {
+        assert!(read("# a,b,c,d\nt,id,x,y\n# c\n0,v,0,0\n#\n# one, two\n").is_ok());
+        let error = error("id,t,x,y\nv,0,0,0\n#1,0,0,0\n");
+        assert!(error.starts_with("f.csv:3:1: begins with # as a comment does, and has 4 fields as a row"), "{error}");
+        assert!(read("id,t,x,y\n\"#1\",0,0,0\n").is_ok());
     }
 
     #[test]

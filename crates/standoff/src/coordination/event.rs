@@ -236,6 +236,7 @@ impl fmt::Display for EventKind {
                 match reason {
                     FoundingReason::First if *members == 1 => write!(f, "{of} by itself"),
                     FoundingReason::First => write!(f, "{of} near one another"),
+                    FoundingReason::Outsiders if *members == 1 => write!(f, "{of} that was in no group"),
                     FoundingReason::Outsiders => write!(f, "{of} that were in no group"),
                     FoundingReason::Split => write!(f, "{of} split off: there are UAVs for another group"),
                 }

@@ -178,6 +178,20 @@ fn a_full_disk_is_an_error_with_the_systems_reason() {
     assert!(!error.is_wrong_input());
 }
 
+#[test]
+#[cfg(unix)]
+fn a_link_is_no_journal_and_what_it_leads_to_is_left_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let victim = dir.path().join("victim");
+    fs::write(&victim, "hi").unwrap();
+    let batches = dir.path().join("o");
+    fs::create_dir(&batches).unwrap();
+    std::os::unix::fs::symlink(&victim, batches.join(JOURNAL)).unwrap();
+    let error = Journal::open(&batches, &batch()).unwrap_err();
+    assert!(error.is_wrong_input() && error.to_string().contains("holds something other than a run"), "{error}");
+    assert_eq!(fs::read_to_string(&victim).unwrap(), "hi");
+}
+
 /// So a batch of very many begins and goes on at once.
 #[test]
 fn nothing_is_read_of_runs_behind_the_last_that_was_kept() {

@@ -18,7 +18,7 @@ pub(super) struct Table<R> {
 impl<R: Read> Table<R> {
     pub(super) fn new(lines: Lines<R>) -> Self {
         let start = lines.position();
-        let text = RowText { lines, start, text: Vec::new() };
+        let text = RowText { lines, start, text: Vec::new(), commas: None };
         Self {
             reader: ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text),
             row: ByteRecord::new(),
@@ -34,6 +34,8 @@ impl<R: Read> Table<R> {
         if (read.is_ok() || text.len() >= MAX_PIECE) && text.contains(&b'"') {
             self.check_quotes()?;
         }
+        // The first row is the header.
+        self.reader.get_mut().commas.get_or_insert(self.row.len().saturating_sub(1));
         read.map_err(|error| {
             let position = self.reader.get_ref().lines.position();
             match error.into_kind() {
@@ -77,6 +79,8 @@ struct RowText<R> {
     lines: Lines<R>,
     start: Position,
     text: Vec<u8>,
+    /// Commas between the fields of the header, once it is read.
+    commas: Option<usize>,
 }
 
 impl<R: Read> RowText<R> {
@@ -88,7 +92,20 @@ impl<R: Read> RowText<R> {
             if self.lines.fill_buf()?.first() != Some(&b'#') {
                 return Ok(());
             }
-            while self.take_line(&mut [0; 512])?.last().is_some_and(|&byte| byte != b'\n') {}
+            let mut commas = 0;
+            loop {
+                let mut part = [0; 512];
+                let part = self.take_line(&mut part)?;
+                commas += part.iter().filter(|&&byte| byte == b',').count();
+                if part.last().is_none_or(|&byte| byte == b'\n') {
+                    break;
+                }
+            }
+            if self.commas == Some(commas) {
+                let what = format!("begins with # as a comment does, and has {} fields as a row", commas + 1);
+                let advice = "put the name into quotes if it is one, or remove the line";
+                return Err(Fault::at(self.start, format!("{what}; {advice}")).into());
+            }
         }
     }
 
