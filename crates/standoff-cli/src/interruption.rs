@@ -63,10 +63,7 @@ impl Interruption {
                 Err(RecvTimeoutError::Timeout) if self.has_come() => return None,
                 Err(RecvTimeoutError::Timeout) => {}
                 // It has panicked: here, too, then.
-                Err(RecvTimeoutError::Disconnected) => {
-                    worker.join().map_or_else(|panic| resume_unwind(panic), |_| ());
-                    return None;
-                }
+                Err(RecvTimeoutError::Disconnected) => resume_unwind(worker.join().err()?),
             }
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use clap::Args;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use standoff_sim::record::{EventAllowance, EventRow};
 use standoff_sim::score::{Choice, Chosen};
 use standoff_sim::text;
@@ -69,16 +69,18 @@ pub(crate) struct Outcome {
 #[derive(Default, Serialize)]
 pub(crate) struct Events {
     events: Vec<Event>,
-    #[serde(skip)]
+    #[serde(rename = "events_left_out", skip_serializing_if = "tells_all", serialize_with = "left_out")]
     allowance: EventAllowance,
-    #[serde(rename = "events_left_out", skip_serializing_if = "is_zero")]
-    left_out: u64,
     #[serde(skip)]
     counts: BTreeMap<String, usize>,
 }
 
-fn is_zero(n: &u64) -> bool {
-    *n == 0
+fn tells_all(allowance: &EventAllowance) -> bool {
+    allowance.left_out() == 0
+}
+
+fn left_out<S: Serializer>(allowance: &EventAllowance, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u64(allowance.left_out())
 }
 
 /// Something that happened.
@@ -145,7 +147,7 @@ impl Outcome {
     /// How many events of each kind, and the first of those that matter most: that a target is cued or first measured is
     /// routine, and that something is over tells little.
     fn events_told(&self) -> String {
-        let Events { events, counts, left_out, .. } = &self.events;
+        let Events { events, counts, .. } = &self.events;
         let counts: Vec<String> = counts.iter().map(|(kind, n)| format!("{n} {}", text::words(kind))).collect();
         let mut told =
             format!("\nevents         {}\n", if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
@@ -158,7 +160,8 @@ impl Outcome {
         if telling.len() > EVENTS_SHOWN {
             told += &format!("  and {} more in summary.json\n", telling.len() - EVENTS_SHOWN);
         }
-        if *left_out > 0 {
+        let left_out = self.events.left_out();
+        if left_out > 0 {
             told += &format!("  and {left_out} later events of any kind in events.parquet\n");
         }
         told
@@ -180,7 +183,6 @@ impl Events {
             let target = name.cloned();
             self.events.push(Event { time_s: time_us as f64 / 1e6, kind, target, group, to_group, uavs, reason });
         }
-        self.left_out = self.allowance.left_out();
     }
 
     /// How many there are of a kind.
@@ -190,7 +192,7 @@ impl Events {
 
     /// How many are not told one by one.
     pub(crate) fn left_out(&self) -> u64 {
-        self.left_out
+        self.allowance.left_out()
     }
 }
 

@@ -13,7 +13,7 @@ mod bounds;
 pub(crate) mod checkpoint;
 pub(crate) mod column;
 mod error;
-mod folder;
+pub(crate) mod folder;
 mod frame;
 #[cfg(test)]
 mod fuzz;

@@ -15,6 +15,7 @@ use crate::disk::{self, PARTIAL};
 use crate::input;
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
+use crate::record::folder::{NO_FOLDER, first_in};
 use crate::record::table::{Row, Source, TableReader, TableWriter};
 use crate::score::Metrics;
 
@@ -183,7 +184,8 @@ pub(super) fn are_in(dir: &Path) -> bool {
 
 /// Refuses a folder in which other things lie.
 pub(super) fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
-    let occupied = || RecordError::Occupied { dir: dir.to_owned(), what: first_in(dir) };
+    let what = || first_in(dir, |_| true).unwrap_or_else(|| NO_FOLDER.to_owned());
+    let occupied = || RecordError::Occupied { dir: dir.to_owned(), what: what() };
     match fs::read_dir(dir) {
         Err(reason) if reason.kind() == io::ErrorKind::NotFound => Ok(()),
         Err(reason) if reason.kind() == io::ErrorKind::NotADirectory => Err(occupied().into()),
@@ -192,15 +194,6 @@ pub(super) fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
             None => Ok(()),
             Some(_) => Err(occupied().into()),
         },
-    }
-}
-
-/// The first thing in a folder by name, or that it is none.
-fn first_in(dir: &Path) -> String {
-    let names = fs::read_dir(dir).map(|entries| entries.flatten().map(|entry| entry.file_name()).min());
-    match names {
-        Ok(name) => name.unwrap_or_default().to_string_lossy().into_owned(),
-        Err(_) => "it is no folder".to_owned(),
     }
 }
 
@@ -213,7 +206,7 @@ pub(super) fn write(
     stop: &AtomicBool,
 ) -> Result<Results, MonteCarloError> {
     let partial = dir.join(format!("{RUNS}{PARTIAL}"));
-    let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics.iter().map(String::as_str)))?;
+    let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics()))?;
     for (run, values) in batch.flown().zip(rows) {
         // A batch has no seed beyond i64.
         table.push(&RunRow { run: run as i64, seed: batch.seed_of(run) as i64, values: values? })?;

@@ -41,12 +41,20 @@ pub fn occupancy(dir: &Path) -> Occupancy {
 #[must_use]
 pub fn in_the_way(dir: &Path) -> String {
     if fs::symlink_metadata(dir).is_ok_and(|found| !found.is_dir()) {
-        return "it is no folder".to_owned();
+        return NO_FOLDER.to_owned();
     }
+    let other = first_in(dir, |entry| !is_ours(entry).unwrap_or(false));
+    other.unwrap_or_else(|| format!("{MANIFEST} is none or no record's"))
+}
+
+/// What is said of something in the way that is no folder.
+pub(crate) const NO_FOLDER: &str = "it is no folder";
+
+/// The first name in a folder of what `counts`; `None` if nothing does, or it cannot be looked into.
+pub(crate) fn first_in(dir: &Path, counts: impl Fn(&fs::DirEntry) -> bool) -> Option<String> {
     let entries = fs::read_dir(dir).into_iter().flatten().flatten();
-    let others = entries.filter(|entry| !is_ours(entry).unwrap_or(false));
-    let first = others.map(|entry| entry.file_name()).min();
-    first.map_or_else(|| format!("{MANIFEST} is none or no record's"), |name| name.to_string_lossy().into_owned())
+    let first = entries.filter(counts).map(|entry| entry.file_name()).min();
+    first.map(|name| name.to_string_lossy().into_owned())
 }
 
 /// What a record is called that another one will replace, until that one is whole: as nobody calls a copy of their own,
@@ -131,8 +139,8 @@ fn check_place(dir: &Path, older: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Moves a finished record to its place, in its [`Turn`]. An older run there is moved aside first and removed last: at every instant the
-/// one or the other is whole.
+/// Moves a finished record to its place, in its [`Turn`]. An older run there is moved aside first and removed last: at
+/// every instant the one or the other is whole.
 pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordError> {
     let older = beside(dir, OLDER);
     check_place(dir, &older)?;
@@ -158,7 +166,8 @@ pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordEr
     Ok(())
 }
 
-/// Moves or removes what ended runs have left, if nobody is writing it, in its [`Turn`]. Gives where an unfinished run was set aside.
+/// Moves or removes what ended runs have left, if nobody is writing it, in its [`Turn`]. Gives where an unfinished run
+/// was set aside.
 fn settle(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, RecordError> {
     let left = contents(partial).map_err(|reason| RecordError::read(partial, reason))?;
     if matches!(left, Contents::NotOurs) {
