@@ -21,6 +21,7 @@ import json
 import sys
 import tomllib
 from collections import defaultdict
+from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -70,6 +71,10 @@ class Record:
         for event in self.rows("events"):
             self.events[event.time_us].append(event)
         self.times = sorted(self.uavs)
+        self.filter_acceleration_sd_m_s2 = self.scenario["filter"]["acceleration_sd_m_s2"]
+        # Typed numbers begin at 1, ids at 0.
+        manoeuvres = self.scenario.get("targets", {}).get("manoeuvre", [])
+        self.manoeuvring = {int(manoeuvre["target"]) - 1 for manoeuvre in manoeuvres}
 
     def rows(self, table):
         for values in pandas.read_parquet(self.folder / f"{table}.parquet").to_dict("records"):
@@ -601,15 +606,28 @@ def check_metrics(record, compare):
     """Every metric in the summary, by its definition in docs/metrics.md."""
     if not record.truth:
         return
-    samples, hidden = defaultdict(list), []
+    samples, hidden, gaps, gap = defaultdict(list), [], {}, 0
     for time in record.times:
         track_samples(record, time, samples)
         orbit_samples(record, time, samples)
-        if hidden or any(row.boresight_rad is not None for row in record.uavs[time].values()):
+        separation_samples(record.uavs[time].values(), samples)
+        line_of_sight_samples(record, time, samples)
+        if gaps:
             hidden.append(view_samples(record, time, samples))
-    metrics = {name: np.mean(values) for name, values in samples.items() if values}
+        # Everybody counts from the instant after the cue.
+        for target in record.truth[time]:
+            if target in gaps:
+                seen, watched = is_seen(record, time, target), is_member(record, time, target)
+                samples["seen_fraction"].append(seen)
+                samples["watched_fraction"].append(seen and watched)
+                gaps[target] = 0 if seen else gaps[target] + 1
+                gap = max(gap, gaps[target])
+            else:
+                gaps[target] = 0
+    smallest = [name for name in samples if name.startswith("separation_min")]
+    metrics = {name: (min if name in smallest else np.mean)(values) for name, values in samples.items() if values}
     metrics["line_of_sight_max_deg"] = max(samples["line_of_sight_deg"], default=None)
-    metrics["separation_min_m"] = min(samples["separation_min_m"], default=None)
+    metrics["longest_gap_s"] = gap * record.period if samples["seen_fraction"] else None
     kinds = [event.kind for events in record.events.values() for event in events]
     metrics["discards"], metrics["handoffs"] = kinds.count("discarded"), kinds.count("handoff-completed")
     streak, longest = {}, 0
@@ -704,7 +722,12 @@ def track_samples(record, time, samples):
             samples["velocity_error_m_s"].append(np.hypot(*(track.velocity - truth.velocity)))
             known = np.flatnonzero(np.isfinite(truth.state))
             error = (track.state - truth.state)[known]
-            samples["anees"].append(error @ inverse(track.p[np.ix_(known, known)]) @ error / len(known))
+            # What the filter takes for known is no random number.
+            random = 4 if record.filter_acceleration_sd_m_s2 < 1e-6 else len(known)
+            anees = error @ inverse(track.p[np.ix_(known, known)]) @ error / random
+            samples["anees"].append(anees)
+            if record.manoeuvring:
+                samples["anees_manoeuvring" if target in record.manoeuvring else "anees_quiet"].append(anees)
 
 
 def orbit_samples(record, time, samples):
@@ -715,7 +738,7 @@ def orbit_samples(record, time, samples):
         samples["turn_rate_saturated_fraction"].append(row.turn_rate_limited)
     for group, orbit in groups.items():
         uavs = [row.position for row in record.uavs[time].values() if row.group == group]
-        samples["separation_min_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
+        samples["separation_min_group_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
         members = [truth[target].position for target in record.members(time, group) if target in truth]
         centroid = np.mean(members, axis=0) if members else None
         spread = max([np.hypot(*(member - centroid)) for member in members], default=None)
@@ -734,19 +757,46 @@ def orbit_samples(record, time, samples):
             samples["phase_error_deg"].append(np.mean([abs(gap - wanted) for gap in gaps]))
 
 
-def view_samples(record, time, samples):
-    """Gives the targets that are some group's duty and that no UAV has in view."""
-    truth, sensor = record.truth[time], record.scenario["sensor"]
-    looking = [row for row in record.uavs[time].values() if row.boresight_rad is not None]
-    for row in looking:
+def separation_samples(uavs, samples):
+    """Of any two, and of any two that may be at one altitude."""
+    for one, other in combinations(uavs, 2):
+        apart = np.hypot(*(one.position - other.position))
+        samples["separation_min_m"].append(apart)
+        if None in (one.altitude_m, other.altitude_m) or one.altitude_m == other.altitude_m:
+            samples["separation_min_layer_m"].append(apart)
+
+
+def line_of_sight_samples(record, time, samples):
+    truth = record.truth[time]
+    for row in looking(record, time):
         duty = record.duty(time, row.group) if row.group is not None else []
         azimuths = [direction(truth[target].position - row.position) for target in duty if target in truth]
         if azimuths:
             samples["line_of_sight_deg"].append(np.degrees(max(abs(wrap(np.array(azimuths) - row.boresight_rad)))))
-    duty = [target for target, row in record.tracks[time].items() if row.group is not None and target in truth]
-    out = [target for target in duty if not any(in_view(sensor, row, truth[target]) for row in looking)]
+
+
+def view_samples(record, time, samples):
+    """Gives the targets that are some group's duty and that no UAV has in view."""
+    duty = [target for target in record.truth[time] if is_member(record, time, target)]
+    out = [target for target in duty if not is_seen(record, time, target)]
     samples["out_of_view_fraction"] += [target in out for target in duty]
     return out
+
+
+def looking(record, time):
+    """The UAVs whose sensors are pointed."""
+    return [row for row in record.uavs[time].values() if row.boresight_rad is not None]
+
+
+def is_seen(record, time, target):
+    """A target that exists is in some UAV's view."""
+    there = record.truth[time][target]
+    return any(in_view(record.scenario["sensor"], row, there) for row in looking(record, time))
+
+
+def is_member(record, time, target):
+    track = record.tracks[time].get(target)
+    return track is not None and track.group is not None
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from check_equations import POSITION, Record, direction, equation_15, equations_5_6, in_view, inverse, jacobian
-from check_equations import looks_by_target, stacked, wrap
+from check_equations import looking, looks_by_target, stacked, wrap
 
 UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m"]
 GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
@@ -133,7 +133,7 @@ def bounds_by_time(record):
 
 def target_values(record, time):
     truth, tracks, sensor = record.truth[time], record.tracks[time], record.scenario["sensor"]
-    looking = [row for row in record.uavs[time].values() if row.boresight_rad is not None]
+    pointed, after_cue = looking(record, time), any(record.truth[before] for before in record.times if before < time)
     detections = Counter(target for _, target in record.detections[time])
     found = {}
     for target in truth.keys() | tracks.keys():
@@ -143,7 +143,7 @@ def target_values(record, time):
         found[target] = values | {
             "exists": there is not None,
             "detections": detections[target],
-            "in_view": any(in_view(sensor, uav, there) for uav in looking) if there is not None and looking else None,
+            "in_view": any(in_view(sensor, uav, there) for uav in pointed) if there is not None and after_cue else None,
             "error_m": np.hypot(*(track.position - there.position)) if both else None,
         }
     return found

@@ -28,7 +28,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use batch::{Batch, Shard};
-pub use compare::{BadEnd, Better, Comparison, Paired, compare, compare_results};
+pub use compare::{Better, Comparison, Paired, compare, compare_results};
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Runs, Summary};

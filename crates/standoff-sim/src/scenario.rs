@@ -18,6 +18,7 @@ mod start;
 mod team;
 mod traffic;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -71,7 +72,7 @@ pub struct Scenario {
 }
 
 /// How a mission is flown: all of a scenario but who is in it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Length of the mission.
     pub duration: Duration,
@@ -85,8 +86,18 @@ pub struct Settings {
     pub noise: Noise,
     /// How well targets are handed over.
     pub cue: CueError,
-    /// The model that the targets follow; `None` where they come from a file or manoeuvre.
-    pub motion: Option<TargetParams>,
+    /// The model that the targets follow, manoeuvres aside; `None` where they come from a file.
+    pub model: Option<TargetParams>,
+    /// The targets that manoeuvre, by id.
+    pub manoeuvring: Arc<BTreeSet<u32>>,
+}
+
+impl Settings {
+    /// The model that all that targets do follows; `None` where they come from a file or manoeuvre.
+    #[must_use]
+    pub fn motion(&self) -> Option<TargetParams> {
+        self.model.filter(|_| self.manoeuvring.is_empty())
+    }
 }
 
 /// Noise of the sensors as they are.

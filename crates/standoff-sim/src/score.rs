@@ -5,23 +5,27 @@ mod innovation;
 mod judged;
 mod metrics;
 mod surprise;
+mod tally;
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::{Angle, Covariance, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams, math};
+use standoff::{Covariance, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams, math};
 
 use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::scenario::{CueError, Noise, Settings};
 use bound::Bound;
 use innovation::Innovations;
 use surprise::Surprises;
+use tally::{Sums, Tallies};
 
 pub use judged::{Judged, PositionBound};
-pub use metrics::{Choice, Chosen, Metrics};
+pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
+pub use tally::TargetScore;
 
 /// What a score needs to know of the scenario.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rules {
     /// The orbit's bounds and the field of view with its margin.
     pub standoff: StandoffParams,
@@ -31,6 +35,8 @@ pub struct Rules {
     pub target: TargetParams,
     /// The model that the targets really follow, if they follow one.
     pub motion: Option<TargetParams>,
+    /// The targets of that model which manoeuvre besides, by id.
+    pub manoeuvring: Arc<BTreeSet<u32>>,
     /// The sensors' real noise.
     pub noise: Noise,
     /// How well targets are handed over.
@@ -50,7 +56,8 @@ impl Rules {
             standoff: settings.team.group.standoff,
             sensor: settings.team.track.sensor,
             target: settings.team.track.target,
-            motion: settings.motion,
+            motion: settings.motion(),
+            manoeuvring: Arc::clone(&settings.manoeuvring),
             noise: settings.noise,
             cue: settings.cue,
             separation_rad: settings.team.guidance.separation_rad,
@@ -66,8 +73,9 @@ struct Wanted {
     estimates: bool,
     consistency: bool,
     orbits: bool,
+    separation: bool,
     line_of_sight: bool,
-    views: bool,
+    tallies: bool,
     limits: bool,
     coverage: bool,
     events: bool,
@@ -77,7 +85,7 @@ impl Wanted {
     fn of(choice: Choice) -> Self {
         Self {
             estimates: choice.wants(&["position_error_m", "velocity_error_m_s", "position_error_all_m"]),
-            consistency: choice.wants(&["anees"]),
+            consistency: choice.wants(&["anees", "anees_quiet", "anees_manoeuvring"]),
             orbits: choice.wants(&[
                 "standoff_distance_m",
                 "standoff_error_m",
@@ -85,10 +93,19 @@ impl Wanted {
                 "standoff_error_m_settled",
                 "standoff_tracking_error_m_settled",
                 "phase_error_deg",
-                "separation_min_m",
+                "separation_min_group_m",
             ]),
+            separation: choice.wants(&["separation_min_m", "separation_min_layer_m"]),
             line_of_sight: choice.wants(&["line_of_sight_deg", "line_of_sight_max_deg"]),
-            views: choice.wants(&["out_of_view_fraction", "out_of_view_longest_s"]),
+            tallies: choice.wants(&[
+                "watched_fraction",
+                "seen_fraction",
+                "longest_gap_s",
+                "out_of_view_fraction",
+                "out_of_view_longest_s",
+                "anees_quiet",
+                "anees_manoeuvring",
+            ]),
             limits: choice.wants(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
             coverage: choice.wants(&["uncovered_fraction"]),
             events: choice.wants(&["handoffs", "discards"]),
@@ -128,14 +145,13 @@ pub struct Scorer {
     phase_deg: Mean,
     line_of_sight_deg: Mean,
     line_of_sight_max_deg: Option<f64>,
-    out_of_view: Mean,
-    /// Frames in a row for which a target has been out of view.
-    streaks: BTreeMap<u32, u64>,
-    longest_streak: u64,
+    tallies: Tallies,
     uncovered: Mean,
     infeasible: Mean,
     saturated: Mean,
     separation_min_m: Option<f64>,
+    separation_min_layer_m: Option<f64>,
+    separation_min_group_m: Option<f64>,
     handoffs: u64,
     discards: u64,
     nees: Mean,
@@ -154,7 +170,6 @@ impl Scorer {
     /// A scorer that has seen nothing yet and looks for these metrics; those not chosen are `None` or 0.
     pub fn new(rules: Rules, choice: Choice) -> Self {
         Self {
-            rules,
             wanted: Wanted::of(choice),
             position: Mean::default(),
             velocity: Mean::default(),
@@ -167,13 +182,13 @@ impl Scorer {
             phase_deg: Mean::default(),
             line_of_sight_deg: Mean::default(),
             line_of_sight_max_deg: None,
-            out_of_view: Mean::default(),
-            streaks: BTreeMap::new(),
-            longest_streak: 0,
+            tallies: Tallies::default(),
             uncovered: Mean::default(),
             infeasible: Mean::default(),
             saturated: Mean::default(),
             separation_min_m: None,
+            separation_min_layer_m: None,
+            separation_min_group_m: None,
             handoffs: 0,
             discards: 0,
             nees: Mean::default(),
@@ -181,17 +196,21 @@ impl Scorer {
             innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
             surprises: choice
                 .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
-                .then(|| Surprises::new(rules)),
+                .then(|| Surprises::new(rules.clone())),
             known: Vec::new(),
             crew: Vec::new(),
             members: Vec::new(),
             from_centroid: Vec::new(),
+            rules,
         }
     }
 
     /// Takes in the next frame.
     pub fn frame(&mut self, frame: &Frame) {
         let wanted = self.wanted;
+        if wanted.tallies {
+            self.tallies.frame(&self.rules.sensor, frame);
+        }
         self.known.clear();
         for (track, truth) in existing(frame) {
             self.known.push(Known::of(track, truth));
@@ -202,11 +221,11 @@ impl Scorer {
         if wanted.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
+        if wanted.separation {
+            self.separations(&frame.uavs);
+        }
         if wanted.line_of_sight {
             self.lines_of_sight(frame);
-        }
-        if wanted.views {
-            self.views(frame);
         }
         if wanted.limits {
             for uav in &frame.uavs {
@@ -240,7 +259,13 @@ impl Scorer {
     /// The scores so far.
     pub fn metrics(&self) -> Metrics {
         let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
+        let period_s = self.rules.period_s;
+        let Sums { watched, seen, unseen, longest_gap, longest_streak } = self.tallies.sums();
+        let [quiet, manoeuvring] = self.tallies.consistency(&self.rules.manoeuvring);
         Metrics {
+            watched_fraction: watched.value(),
+            seen_fraction: seen.value(),
+            longest_gap_s: seen.value().map(|_| longest_gap as f64 * period_s),
             position_error_m: self.position.value(),
             velocity_error_m_s: self.velocity.value(),
             position_error_all_m: self.position_all.value(),
@@ -252,15 +277,19 @@ impl Scorer {
             phase_error_deg: self.phase_deg.value(),
             line_of_sight_deg: self.line_of_sight_deg.value(),
             line_of_sight_max_deg: self.line_of_sight_max_deg,
-            out_of_view_fraction: self.out_of_view.value(),
-            out_of_view_longest_s: self.longest_streak as f64 * self.rules.period_s,
+            out_of_view_fraction: unseen.value(),
+            out_of_view_longest_s: longest_streak as f64 * period_s,
             uncovered_fraction: self.uncovered.value(),
             infeasible_fraction: self.infeasible.value(),
             turn_rate_saturated_fraction: self.saturated.value(),
             separation_min_m: self.separation_min_m,
+            separation_min_layer_m: self.separation_min_layer_m,
+            separation_min_group_m: self.separation_min_group_m,
             handoffs: self.handoffs,
             discards: self.discards,
             anees: self.nees.value(),
+            anees_quiet: quiet,
+            anees_manoeuvring: manoeuvring,
             standoff_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.truth.value()),
             standoff_tracking_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.own.value()),
             nis: self.innovations.as_ref().and_then(Innovations::value),
@@ -273,6 +302,16 @@ impl Scorer {
         }
     }
 
+    /// How each target fared that has existed, by id. Nobody is in it unless a metric that needs it was chosen.
+    pub fn targets(&self) -> impl Iterator<Item = TargetScore> {
+        self.tallies.scores(&self.rules)
+    }
+
+    /// Mean number of targets that there were at an instant after the first cue; `None` if there was none.
+    pub fn targets_mean(&self) -> Option<f64> {
+        self.tallies.targets_mean()
+    }
+
     /// How far an estimate is from the truth.
     fn estimate(&mut self, track: &TrackRow, truth: &TruthRow) {
         let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
@@ -281,8 +320,12 @@ impl Scorer {
         if track.group.is_some() {
             self.position.add(position_error_m);
             self.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
-            if let Some(nees) = self.wanted.consistency.then(|| nees_per_state(track, truth)).flatten() {
+            let nees = self.wanted.consistency.then(|| nees_per_state(&self.rules, track, truth)).flatten();
+            if let Some(nees) = nees {
                 self.nees.add(nees);
+            }
+            if self.wanted.tallies {
+                self.tallies.estimate(track.target, position_error_m, nees);
             }
         }
     }
@@ -301,8 +344,7 @@ impl Scorer {
                 self.tracking_settled.add(error_m);
             }
             for other in &self.crew[index + 1..] {
-                let distance_m = uav.distance_m(*other);
-                self.separation_min_m = Some(self.separation_min_m.map_or(distance_m, |least| least.min(distance_m)));
+                take_least(&mut self.separation_min_group_m, uav.distance_m(*other));
             }
         }
 
@@ -321,6 +363,19 @@ impl Scorer {
         self.from_centroid.extend(self.crew.iter().map(|uav| *uav - centroid));
         if let Some(error_deg) = phase_error_deg(&self.from_centroid, self.rules.separation_rad) {
             self.phase_deg.add(error_deg);
+        }
+    }
+
+    /// Distances of any two UAVs. Those of which nobody knows that their altitudes differ share one.
+    fn separations(&mut self, uavs: &[UavRow]) {
+        for (index, uav) in uavs.iter().enumerate() {
+            for other in &uavs[index + 1..] {
+                let distance_m = at(uav).distance_m(at(other));
+                take_least(&mut self.separation_min_m, distance_m);
+                if uav.altitude_m.zip(other.altitude_m).is_none_or(|(one_m, other_m)| one_m == other_m) {
+                    take_least(&mut self.separation_min_layer_m, distance_m);
+                }
+            }
         }
     }
 
@@ -353,30 +408,6 @@ impl Scorer {
         let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
         in_duty(&self.known, group).map(off).reduce(|a, b| if is_larger(b, a) { b } else { a })
     }
-
-    /// What the sensors had in view, once they were pointed.
-    fn views(&mut self, frame: &Frame) {
-        let looking: Vec<_> =
-            frame.uavs.iter().filter_map(|uav| Some((at(uav), Angle::from_rad(uav.boresight_rad?)))).collect();
-        if looking.is_empty() {
-            return;
-        }
-        let mut streaks = BTreeMap::new();
-        for truth in &frame.truth {
-            if track_of(frame, truth.target).is_none_or(|track| track.group.is_none()) {
-                continue;
-            }
-            let seen =
-                looking.iter().any(|(uav, boresight)| self.rules.sensor.in_view(*uav, *boresight, position(truth)));
-            self.out_of_view.add(f64::from(!seen));
-            if !seen {
-                let streak = self.streaks.get(&truth.target).copied().unwrap_or(0) + 1;
-                streaks.insert(truth.target, streak);
-                self.longest_streak = self.longest_streak.max(streak);
-            }
-        }
-        self.streaks = streaks;
-    }
 }
 
 /// Distance of the UAVs' phases about a centre from where they should be, degrees: a pair at the wanted separation either way round,
@@ -403,24 +434,36 @@ fn phase_error_deg(uavs_rel_centre: &[Displacement], separation_rad: f64) -> Opt
     }
 }
 
-/// Normalised estimation error squared over the size of the state: all six states where the truth knows the
-/// acceleration, else position and velocity.
-fn nees_per_state(track: &TrackRow, truth: &TruthRow) -> Option<f64> {
+/// Normalised estimation error squared over the number of states that are random: all six where the truth knows the
+/// acceleration and the filter allows for one, else position and velocity.
+fn nees_per_state(rules: &Rules, track: &TrackRow, truth: &TruthRow) -> Option<f64> {
     let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
     let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
     let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
+    const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
     if let (Some(true_ax), Some(true_ay)) = (truth.ax_m_s2, truth.ay_m_s2) {
         let [x, vx, y, vy] = error;
-        return normalised(&SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), &covariance);
+        let error = SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]);
+        let random = if rules.target.acceleration_sd_m_s2 < LEAST_ACCELERATION_SD_M_S2 { 4 } else { 6 };
+        return normalised(&error, &covariance).map(|squared| squared / f64::from(random));
     }
-    const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
     let part = SMatrix::from_fn(|row, column| covariance[(POSITION_AND_VELOCITY[row], POSITION_AND_VELOCITY[column])]);
-    normalised(&SVector::from(error), &part)
+    normalised(&SVector::from(error), &part).map(|squared| squared / POSITION_AND_VELOCITY.len() as f64)
 }
 
+/// A filter that is told of less assumes this, so that its covariance has an inverse: its targets' acceleration, which it
+/// takes for known, is no random number.
+const LEAST_ACCELERATION_SD_M_S2: f64 = 1e-6;
+
+/// e' P^-1 e.
 fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64, N, N>) -> Option<f64> {
     let cholesky = nalgebra::Cholesky::new(*covariance)?;
-    Some(error.dot(&cholesky.solve(error)) / N as f64)
+    Some(error.dot(&cholesky.solve(error)))
+}
+
+/// Keeps the smaller one.
+fn take_least(least: &mut Option<f64>, value: f64) {
+    *least = Some(least.map_or(value, |least| least.min(value)));
 }
 
 fn at(uav: &UavRow) -> Position {
@@ -509,5 +552,9 @@ impl Mean {
 
     fn value(&self) -> Option<f64> {
         (self.n > 0).then(|| self.sum / self.n as f64)
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self { sum: self.sum + other.sum, n: self.n + other.n }
     }
 }

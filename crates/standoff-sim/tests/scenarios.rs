@@ -491,7 +491,7 @@ fn traffic_that_is_no_mission_is_refused_by_its_name() {
     check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");
 }
 
-/// `best/*` is `paper/*` but for the improvements and the start.
+/// `best/*` is `paper/*` but for the improvements, and figure 9 for its start.
 #[test]
 fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
     let improved = [
@@ -506,8 +506,6 @@ fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
         "guidance.turn_rate_gain",
         "guidance.feedforward",
         "uavs.at",
-        "uavs.ring.radius_m",
-        "uavs.ring.spacing_deg",
     ];
     fn flat(prefix: &str, table: &toml::Table, all: &mut std::collections::BTreeMap<String, toml::Value>) {
         for (key, value) in table {

@@ -9,48 +9,7 @@ use super::results::as_object;
 use super::statistics::{interval, mean_and_sd};
 use super::{Batch, MonteCarloError, Results, fly_seed, in_order};
 use crate::scenario::Template;
-use crate::score::{Choice, Metrics};
-
-/// Metrics of which less is better. Of others nothing is said: a consistent filter has an `anees` of 1, and fewer
-/// handoffs may be good or bad.
-const LESS_IS_BETTER: [&str; 15] = [
-    "position_error_m",
-    "velocity_error_m_s",
-    "position_error_all_m",
-    "standoff_error_m",
-    "standoff_tracking_error_m",
-    "standoff_error_m_settled",
-    "standoff_tracking_error_m_settled",
-    "phase_error_deg",
-    "line_of_sight_deg",
-    "line_of_sight_max_deg",
-    "out_of_view_fraction",
-    "out_of_view_longest_s",
-    "uncovered_fraction",
-    "infeasible_fraction",
-    "turn_rate_saturated_fraction",
-];
-
-/// The end of a metric's values at which runs are bad.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BadEnd {
-    /// Small values are bad.
-    Small,
-    /// Large values are bad.
-    Large,
-}
-
-impl BadEnd {
-    /// Of a metric; `None` where neither end is known to be bad.
-    pub fn of(metric: &str) -> Option<Self> {
-        match metric {
-            // UAVs that come near one another are in danger. That more room is better still is not said.
-            "separation_min_m" => Some(Self::Small),
-            _ => LESS_IS_BETTER.contains(&metric).then_some(Self::Large),
-        }
-    }
-}
+use crate::score::{About, BadEnd, Choice, Metrics};
 
 /// B compared with A, seed by seed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -85,7 +44,9 @@ pub struct Paired {
     pub b_smaller: Option<f64>,
     /// Share of the runs in which both are equal.
     pub equal: Option<f64>,
-    /// The interval does not hold 0.
+    /// The size of interest: below it, A and B count as alike, however surely they differ.
+    pub interest: f64,
+    /// The interval lies beyond the size of interest.
     pub differs: bool,
     /// Who is better, if they differ and it is known which way is better.
     pub better: Option<Better>,
@@ -112,9 +73,13 @@ impl Paired {
         let differences: Vec<f64> = pairs.iter().map(|(a, b)| b - a).collect();
         let (difference, sd) = mean_and_sd(&differences);
         let ci95 = difference.zip(sd).map(|(mean, sd)| interval(mean, sd, differences.len()));
-        let below = ci95.is_some_and(|[_, hi]| hi < 0.0);
-        let differs = below || ci95.is_some_and(|[lo, _]| lo > 0.0);
-        let better = if below { Better::B } else { Better::A };
+        let about = About::of(metric);
+        let interest = about.map_or(0.0, |about| about.interest);
+        let below = ci95.is_some_and(|[_, hi]| hi < -interest);
+        let differs = below || ci95.is_some_and(|[lo, _]| lo > interest);
+        // UAVs that come near one another are in danger. That more room is better still is not said.
+        let bad = about.and_then(|about| about.bad).filter(|_| !metric.starts_with("separation_"));
+        let better = |bad| if below == (bad == BadEnd::Large) { Better::B } else { Better::A };
         Self {
             n: pairs.len() as u64,
             mean_a: mean(|(a, _)| *a),
@@ -123,8 +88,9 @@ impl Paired {
             ci95,
             b_smaller: share(|(a, b)| b < a),
             equal: share(|(a, b)| a == b),
+            interest,
             differs,
-            better: (differs && LESS_IS_BETTER.contains(&metric)).then_some(better),
+            better: bad.filter(|_| differs).map(better),
         }
     }
 }
@@ -215,16 +181,24 @@ mod tests {
         let (other_way, anees) = (pairs.map(|(a, b)| (b, a)), of("anees", &pairs));
         assert_eq!(of("phase_error_deg", &other_way).better, Some(Better::A));
         assert_eq!((anees.differs, anees.better), (true, None));
-        let name = LESS_IS_BETTER.iter().find(|name| !Metrics::NAMES.contains(name));
-        assert_eq!(name, None, "no such metric");
+    }
+
+    /// A position error that is surely smaller by a centimetre is the same for who flies.
+    #[test]
+    fn what_differs_by_less_than_is_of_interest_is_alike() {
+        let by = |less_m: f64| of("position_error_m", &[1.0, 2.0, 3.0].map(|at_m| (at_m, at_m - less_m - 1e-4 * at_m)));
+        let (centimetre, decimetres) = (by(0.01), by(0.2));
+        assert!(centimetre.ci95.unwrap()[1] < 0.0 && !centimetre.differs && centimetre.better.is_none());
+        assert_eq!((decimetres.differs, decimetres.better, decimetres.interest), (true, Some(Better::B), 0.1));
     }
 
     #[test]
-    fn it_is_known_which_runs_are_bad() {
-        assert_eq!(BadEnd::of("phase_error_deg"), Some(BadEnd::Large));
-        assert_eq!(BadEnd::of("separation_min_m"), Some(BadEnd::Small));
-        assert_eq!(BadEnd::of("anees"), None);
-        assert!(Metrics::NAMES.contains(&"separation_min_m"), "no such metric");
+    fn more_of_what_is_watched_is_better_and_more_room_between_uavs_is_not_said_to_be() {
+        let pairs = [(0.5, 0.6), (0.6, 0.7), (0.7, 0.8001)];
+        assert_eq!(of("watched_fraction", &pairs).better, Some(Better::B));
+        let pairs = pairs.map(|(a, b)| (1000.0 * a, 1000.0 * b));
+        let room = of("separation_min_m", &pairs);
+        assert_eq!((room.differs, room.better), (true, None));
     }
 
     #[test]

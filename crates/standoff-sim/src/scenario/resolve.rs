@@ -81,6 +81,7 @@ pub(super) fn settings_of_record(mut typed: Typed) -> Result<Settings, ScenarioE
 }
 
 fn settings(file: &ScenarioFile) -> Settings {
+    let manoeuvres = file.targets.iter().flat_map(|targets| &targets.manoeuvre);
     Settings {
         duration: Duration::from_s(of(&file.duration_s)),
         period: Duration::from_s(of(&file.period_s)),
@@ -94,7 +95,10 @@ fn settings(file: &ScenarioFile) -> Settings {
             position_sd_m: value(&file.cue.position_sd_m),
             velocity_sd_m_s: value(&file.cue.velocity_sd_m_s),
         },
-        motion: file.targets.as_ref().filter(|targets| targets.manoeuvre.is_empty()).map(target_model),
+        model: file.targets.as_ref().map(target_model),
+        manoeuvring: Arc::new(
+            manoeuvres.map(|manoeuvre| (value(&manoeuvre.target) as u32).saturating_sub(1)).collect(),
+        ),
     }
 }
 

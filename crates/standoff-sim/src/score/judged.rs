@@ -13,6 +13,8 @@ use crate::record::{Frame, TrackRow, UavRow};
 pub struct Judged<'a> {
     rules: &'a Rules,
     frame: &'a Frame,
+    /// There was a target before this instant, at which sensors could have been pointed.
+    is_after_cue: bool,
     /// Where the UAVs are whose sensors are pointed, and whither.
     looking: Vec<(Position, Angle)>,
     /// True centroid and r_d (15) about it, without a margin, by group.
@@ -20,9 +22,9 @@ pub struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
-    /// Looks at a frame.
+    /// Looks at a frame; `is_after_cue` if there was a target in one before it.
     #[must_use]
-    pub fn new(rules: &'a Rules, frame: &'a Frame) -> Self {
+    pub fn new(rules: &'a Rules, frame: &'a Frame, is_after_cue: bool) -> Self {
         let known: Vec<Known> = known(frame).collect();
         let orbit = |group: u32| {
             let members: Vec<Position> = on_orbit(&known, group).collect();
@@ -32,7 +34,7 @@ impl<'a> Judged<'a> {
         let orbits = frame.groups.iter().filter_map(|group| orbit(group.group)).collect();
         let pointed = |uav: &UavRow| Some((at(uav), Angle::from_rad(uav.boresight_rad?)));
         let looking = frame.uavs.iter().filter_map(pointed).collect();
-        Self { rules, frame, looking, orbits }
+        Self { rules, frame, is_after_cue, looking, orbits }
     }
 
     /// r - r_d of a UAV by the true geometry, m, as `standoff_error_m` takes it; positive outside.
@@ -42,13 +44,13 @@ impl<'a> Judged<'a> {
         Some(at(uav).distance_m(*centroid) - standoff_m)
     }
 
-    /// Whether any UAV has a target in view, as `out_of_view_fraction` takes it; `None` before the sensors are first
-    /// pointed, and for what does not exist.
+    /// Whether any UAV has a target in view, as `out_of_view_fraction` takes it; `None` at the first cue, before which no
+    /// sensor can be pointed, and for what does not exist.
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(truth_of(self.frame, target)?);
         let sees = |(uav, boresight): &(Position, Angle)| self.rules.sensor.in_view(*uav, *boresight, target);
-        (!self.looking.is_empty()).then(|| self.looking.iter().any(sees))
+        self.is_after_cue.then(|| self.looking.iter().any(sees))
     }
 
     /// Distance of a target's estimated from its true position, m.

@@ -1,6 +1,59 @@
-//! The metrics by name, and which of them are wanted.
+//! The metrics by name, what there is to know of each, and which of them are wanted.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
+
+/// The end of a metric's values at which runs are bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BadEnd {
+    /// Small values are bad.
+    Small,
+    /// Large values are bad.
+    Large,
+}
+
+/// What there is to know of a metric besides its definition in `docs/metrics.md`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct About {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub words: &'static str,
+    /// At which end of its values runs are bad; `None` where that is not known: a consistent filter has an `anees` of 1,
+    /// and fewer handoffs may be good or bad.
+    pub bad: Option<BadEnd>,
+    /// The size of interest: two designs that differ by less are alike, however surely they differ; in the metric's unit.
+    pub interest: f64,
+}
+
+/// By the end of a metric's name, the longer first: the unit in which it is shown, and the factor into it.
+const UNITS: [(&str, &str, f64); 8] = [
+    ("_m2_s2", "m\u{b2}/s\u{b2}", 1.0),
+    ("_m_s", "m/s", 1.0),
+    ("_m2", "m\u{b2}", 1.0),
+    ("_deg", "\u{b0}", 1.0),
+    ("_fraction", "%", 100.0),
+    ("_m", "m", 1.0),
+    ("_s", "s", 1.0),
+    ("", "", 1.0),
+];
+
+impl About {
+    /// The unit in which a metric is shown to people, and what its value is multiplied by for that: shares are shown in
+    /// percent.
+    #[must_use]
+    pub fn unit(metric: &str) -> (&'static str, f64) {
+        let plain = metric.strip_suffix("_settled").unwrap_or(metric);
+        let (_, unit, factor) = UNITS.iter().find(|(end, ..)| plain.ends_with(end)).copied().unwrap_or_default();
+        (unit, factor)
+    }
+
+    /// Of a metric by its name.
+    #[must_use]
+    pub fn of(metric: &str) -> Option<&'static Self> {
+        Metrics::ABOUT.iter().find(|about| about.name == metric)
+    }
+}
 
 /// A metric as a plain number; `None` where there was nothing to measure.
 trait Value {
@@ -25,9 +78,12 @@ impl Value for u64 {
     }
 }
 
-/// Defines the metrics: their fields, their names and how those chosen are serialised, in one order.
+/// Defines the metrics: their fields, their names, what is to be known of them, and how those chosen are serialised, in
+/// one order.
 macro_rules! metrics {
-    ($(#[$struct_doc:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
+    ($(#[$struct_doc:meta])* $name:ident {
+        $($(#[$doc:meta])* $field:ident: $type:ty, $words:literal, $bad:expr, $interest:literal;)*
+    }) => {
         $(#[$struct_doc])*
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct $name { $($(#[$doc])* pub $field: $type,)* }
@@ -35,6 +91,11 @@ macro_rules! metrics {
         impl $name {
             /// All names, in the order of [`Self::values`].
             pub const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
+
+            /// What there is to know of each, in the same order.
+            pub const ABOUT: &'static [About] = &[$(
+                About { name: stringify!($field), words: $words, bad: $bad, interest: $interest }
+            ),*];
 
             /// All values, in the order of [`Self::NAMES`].
             pub fn values(&self) -> [Option<f64>; Self::NAMES.len()] {
@@ -54,68 +115,86 @@ macro_rules! metrics {
     };
 }
 
+const SMALL: Option<BadEnd> = Some(BadEnd::Small);
+const LARGE: Option<BadEnd> = Some(BadEnd::Large);
+const NEITHER: Option<BadEnd> = None;
+
 metrics! {
     /// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a
     /// single UAV, say) or nothing was asked for.
     Metrics {
+        /// Share of the time of existing targets in which they are in a group and in some UAV's view, 0 to 1.
+        watched_fraction: Option<f64>, "time of targets in a group and in some UAV's view", SMALL, 0.01;
+        /// Share of the time of existing targets in which they are in some UAV's view, in a group or not, 0 to 1.
+        seen_fraction: Option<f64>, "time of targets in some UAV's view, group or not", SMALL, 0.01;
+        /// Longest time without a break that an existing target was in no view, s.
+        longest_gap_s: Option<f64>, "longest time of a target in no view", LARGE, 1.0;
         /// Estimated against true position of group members, m.
-        position_error_m: Option<f64>,
+        position_error_m: Option<f64>, "position error", LARGE, 0.1;
         /// Estimated against true velocity of group members, m/s.
-        velocity_error_m_s: Option<f64>,
+        velocity_error_m_s: Option<f64>, "velocity error", LARGE, 0.05;
         /// Estimated against true position of every known target, m.
-        position_error_all_m: Option<f64>,
+        position_error_all_m: Option<f64>, "position error, all known targets", LARGE, 0.5;
         /// The agents' own r_d (15), m.
-        standoff_distance_m: Option<f64>,
+        standoff_distance_m: Option<f64>, "standoff distance", NEITHER, 5.0;
         /// |r - r_d| by the true geometry, m.
-        standoff_error_m: Option<f64>,
+        standoff_error_m: Option<f64>, "standoff error, true geometry", LARGE, 0.5;
         /// |r - r_d| by the agents' own centre and (15), m.
-        standoff_tracking_error_m: Option<f64>,
+        standoff_tracking_error_m: Option<f64>, "standoff error, the agents' own view", LARGE, 0.5;
         /// `standoff_error_m` from `settle_s` on.
-        standoff_error_m_settled: Option<f64>,
+        standoff_error_m_settled: Option<f64>, "standoff error, true geometry, settled", LARGE, 0.5;
         /// `standoff_tracking_error_m` from `settle_s` on.
-        standoff_tracking_error_m_settled: Option<f64>,
+        standoff_tracking_error_m_settled: Option<f64>, "standoff error, own view, settled", LARGE, 0.5;
         /// Distance from the wanted separation, degrees.
-        phase_error_deg: Option<f64>,
+        phase_error_deg: Option<f64>, "phase error", LARGE, 0.5;
         /// Largest angle between boresight and a group member, mean over time and UAVs, degrees.
-        line_of_sight_deg: Option<f64>,
+        line_of_sight_deg: Option<f64>, "furthest member off boresight, mean", LARGE, 0.5;
         /// The largest of those angles.
-        line_of_sight_max_deg: Option<f64>,
+        line_of_sight_max_deg: Option<f64>, "furthest member off boresight, at worst", LARGE, 1.0;
         /// Share of the time of group members in no view, 0 to 1.
-        out_of_view_fraction: Option<f64>,
+        out_of_view_fraction: Option<f64>, "time of group members in no view", LARGE, 0.001;
         /// Longest time without a break that one was in no view, s.
-        out_of_view_longest_s: f64,
+        out_of_view_longest_s: f64, "longest time of a group member in no view", LARGE, 0.5;
         /// Share of the time of existing targets in no group, 0 to 1.
-        uncovered_fraction: Option<f64>,
+        uncovered_fraction: Option<f64>, "time of targets in no group", LARGE, 0.01;
         /// Share of UAV-time without a feasible orbit, 0 to 1.
-        infeasible_fraction: Option<f64>,
+        infeasible_fraction: Option<f64>, "time without a feasible orbit", LARGE, 0.01;
         /// Share of UAV-time with the turn rate at its limit, 0 to 1.
-        turn_rate_saturated_fraction: Option<f64>,
-        /// Smallest distance between two UAVs of one group, m.
-        separation_min_m: Option<f64>,
+        turn_rate_saturated_fraction: Option<f64>, "time with turn rate at its limit", LARGE, 0.01;
+        /// Smallest horizontal distance between any two UAVs, m.
+        separation_min_m: Option<f64>, "smallest separation of two UAVs", SMALL, 10.0;
+        /// The same of two at one altitude, m.
+        separation_min_layer_m: Option<f64>, "smallest separation of two UAVs at one altitude", SMALL, 10.0;
+        /// The same of two of one group, m.
+        separation_min_group_m: Option<f64>, "smallest separation of two UAVs of a group", SMALL, 10.0;
         /// Completed handoffs.
-        handoffs: u64,
+        handoffs: u64, "handoffs", NEITHER, 0.1;
         /// Targets removed from a group because no orbit could hold them.
-        discards: u64,
-        /// Normalised estimation error squared of group members over the size of the state; 1 is consistent.
-        anees: Option<f64>,
+        discards: u64, "discards", NEITHER, 0.1;
+        /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
+        anees: Option<f64>, "consistency of estimates (1 is right)", NEITHER, 0.05;
+        /// The same of the targets that never manoeuvre, where some do.
+        anees_quiet: Option<f64>, "consistency, targets that never manoeuvre (1 is right)", NEITHER, 0.05;
+        /// The same of those that manoeuvre.
+        anees_manoeuvring: Option<f64>, "consistency, targets that manoeuvre (1 is right)", NEITHER, 0.05;
         /// What of `standoff_error_m_settled` no guidance can know, m.
-        standoff_surprise_m_settled: Option<f64>,
+        standoff_surprise_m_settled: Option<f64>, "standoff surprise, true geometry", NEITHER, 0.2;
         /// What of `standoff_tracking_error_m_settled` no guidance can know, m.
-        standoff_tracking_surprise_m_settled: Option<f64>,
+        standoff_tracking_surprise_m_settled: Option<f64>, "standoff surprise, own view", NEITHER, 0.2;
         /// Normalised innovation squared over the numbers measured; 1 is consistent.
-        nis: Option<f64>,
+        nis: Option<f64>, "consistency of innovations (1 is right)", NEITHER, 0.02;
         /// Root-mean-square position error of group members over its Cramer-Rao bound.
-        position_bound_ratio: Option<f64>,
+        position_bound_ratio: Option<f64>, "position error over its bound", NEITHER, 0.01;
         /// The same of the velocity.
-        velocity_bound_ratio: Option<f64>,
+        velocity_bound_ratio: Option<f64>, "velocity error over its bound", NEITHER, 0.01;
         /// Mean squared position error of group members, m2.
-        position_squared_error_m2: Option<f64>,
+        position_squared_error_m2: Option<f64>, "position error squared", NEITHER, 1.0;
         /// Mean of its Cramer-Rao bound over the same samples, m2.
-        position_bound_m2: Option<f64>,
+        position_bound_m2: Option<f64>, "position bound", NEITHER, 1.0;
         /// Mean squared velocity error of group members, m2/s2.
-        velocity_squared_error_m2_s2: Option<f64>,
+        velocity_squared_error_m2_s2: Option<f64>, "velocity error squared", NEITHER, 0.1;
         /// Mean of its Cramer-Rao bound over the same samples, m2/s2.
-        velocity_bound_m2_s2: Option<f64>,
+        velocity_bound_m2_s2: Option<f64>, "velocity bound", NEITHER, 0.1;
     }
 }
 

@@ -29,8 +29,8 @@ pub(super) struct Surprises {
 impl Surprises {
     pub(super) fn new(rules: Rules) -> Self {
         Self {
-            rules,
             transition: rules.target.transition(Duration::from_s(rules.period_s)),
+            rules,
             before: Vec::new(),
             groups_before: Vec::new(),
             truth: Mean::default(),
@@ -90,8 +90,8 @@ mod tests {
         (Rules::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
     }
 
-    fn surprises(rules: Rules, frames: &[Frame]) -> [f64; 2] {
-        let mut surprises = Surprises::new(rules);
+    fn surprises(rules: &Rules, frames: &[Frame]) -> [f64; 2] {
+        let mut surprises = Surprises::new(rules.clone());
         frames.iter().for_each(|frame| surprises.frame(frame, &known(frame).collect::<Vec<_>>()));
         [surprises.truth.value().unwrap(), surprises.own.value().unwrap()]
     }
@@ -108,7 +108,7 @@ mod tests {
             "filter.acceleration_sd_m_s2=1e-3",
         ];
         let (rules, frames) = frames(&exact);
-        let [truth_m, own_m] = surprises(rules, &frames);
+        let [truth_m, own_m] = surprises(&rules, &frames);
         assert!(truth_m < 0.02 && own_m < 0.02, "{truth_m} {own_m}");
     }
 
@@ -118,7 +118,7 @@ mod tests {
     fn a_truth_elsewhere_is_a_surprise() {
         let (rules, mut frames) = frames(&[]);
         frames.iter_mut().for_each(|frame| frame.uavs.truncate(1));
-        let [_, own_m] = surprises(rules, &frames);
+        let [_, own_m] = surprises(&rules, &frames);
         for frame in &mut frames {
             let (uav, group) = (frame.uavs[0], &frame.groups[0]);
             let away = Position::from_m(group.x_m, group.y_m) - at(&uav);
@@ -127,7 +127,7 @@ mod tests {
                 truth.y_m += 700.0 * away.direction().sin();
             }
         }
-        let [truth_m, own_after_m] = surprises(rules, &frames);
+        let [truth_m, own_after_m] = surprises(&rules, &frames);
         assert!((truth_m - 700.0).abs() < 10.0, "{truth_m}");
         assert_eq!(own_m.to_bits(), own_after_m.to_bits());
     }

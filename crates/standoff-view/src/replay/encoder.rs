@@ -77,6 +77,8 @@ pub struct Encoder {
     rules: Rules,
     stride: usize,
     bound: Option<PositionBound>,
+    /// A frame with a target has gone by.
+    is_after_cue: bool,
     colours: GroupColours,
     allowance: EventAllowance,
     draft: Draft,
@@ -107,9 +109,10 @@ impl Encoder {
     #[must_use]
     pub fn new(rules: &Rules, stride: usize) -> Self {
         Self {
-            rules: *rules,
+            rules: rules.clone(),
             stride: stride.max(1),
             bound: PositionBound::of(rules),
+            is_after_cue: false,
             colours: GroupColours::default(),
             allowance: EventAllowance::default(),
             draft: Draft::new(),
@@ -133,7 +136,8 @@ impl Encoder {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
-        let judged = Judged::new(&self.rules, frame);
+        let judged = Judged::new(&self.rules, frame, self.is_after_cue);
+        self.is_after_cue |= !frame.truth.is_empty();
         let draft = &mut self.draft;
         draft.times_us.push(frame.time_us);
         let told = frame.events.iter().filter(|row| self.allowance.takes(row, None));
