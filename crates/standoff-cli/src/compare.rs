@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use standoff_sim::monte_carlo::{Better, Comparison, compare, compare_results};
+use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{Template, built_in};
 use standoff_sim::text;
 use standoff_view::batch::Batch;
@@ -114,28 +114,37 @@ fn table(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
     let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each, the same draws for both, from seed {seed} on\n\n");
     let width = name_width(metrics);
-    text += &format!(
-        "{:width$} {:>6} {:>9} {:>9} {:>10}  {:^22} {:>9}\n",
-        "metric", "n", "A", "B", "B - A", "95 % interval", "B smaller"
-    );
-    for (name, p) in metrics {
-        let interval = p.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
-        let share = p.b_smaller.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-        let mark = match (p.differs, p.better) {
-            (false, _) => "",
-            (true, None) => "*",
-            (true, Some(Better::A)) => "* A is better",
-            (true, Some(Better::B)) => "* B is better",
-        };
+    text += &format!("{:width$} {:>9} {:>9} {:>10}  {:^20}\n", "metric", "A", "B", "B - A", "95 % interval");
+    for (name, paired) in metrics {
+        let interval =
+            paired.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
         let line = format!(
-            "{name:width$} {:>6} {:>9} {:>9} {:>10}  {interval:^22} {share:>9}  {mark}",
-            p.n,
-            maybe(p.mean_a),
-            maybe(p.mean_b),
-            maybe(p.difference)
+            "{name:width$} {:>9} {:>9} {:>10}  {interval:^20}  {}",
+            maybe(paired.mean_a),
+            maybe(paired.mean_b),
+            maybe(paired.difference),
+            verdict(paired, *runs)
         );
         text += line.trim_end();
         text += "\n";
     }
-    text + "\n* the interval of B - A, over pairs of runs, does not hold 0; of twenty metrics that are the same, one is marked by chance\n"
+    text + "\n* B - A lies beyond the metric's size of interest (docs/metrics.md) with its whole interval over pairs of runs\n"
+}
+
+/// What a row comes to, in words.
+fn verdict(paired: &Paired, runs: u64) -> String {
+    let differs = match (paired.differs, paired.better) {
+        (false, _) => None,
+        (true, None) => Some("* differs".to_owned()),
+        (true, Some(Better::A)) => Some("* A is better".to_owned()),
+        (true, Some(Better::B)) => Some("* B is better".to_owned()),
+    };
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let smaller = match (paired.b_smaller, paired.equal) {
+        (_, Some(1.0)) => Some("equal in all runs".to_owned()),
+        (Some(share), _) => Some(format!("B smaller in {} of runs", percent(share))),
+        _ => None,
+    };
+    let of = (paired.n > 0 && paired.n < runs).then(|| format!("{} runs have it", paired.n));
+    [differs, smaller, of].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }

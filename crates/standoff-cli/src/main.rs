@@ -15,6 +15,7 @@ mod scenarios;
 mod tell;
 mod view;
 mod watch;
+mod yardstick;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,21 +1,26 @@
 //! The outcome of a run: a table for people, a JSON object for programs.
 
-use std::collections::BTreeMap;
+mod events;
+mod goals;
+
 use std::path::Path;
 
 use clap::Args;
-use serde::{Serialize, Serializer};
-use standoff_sim::record::{EventAllowance, EventRow};
-use standoff_sim::score::{Choice, Chosen};
+use serde::Serialize;
+use standoff_sim::scenario::Settings;
+use standoff_sim::score::{About, Choice, Chosen, Metrics, TargetScore};
 use standoff_sim::text;
 use standoff_view::replay::Line;
 
 use crate::failure::{Failure, print};
 
-/// Events that a table shows before it refers to the file.
-const EVENTS_SHOWN: usize = 12;
-/// Kinds of events that are counted one by one; there are some twenty.
-const KINDS: usize = 50;
+pub(crate) use events::Events;
+use events::named;
+
+/// Time in no group that stands first, because it outweighs whatever is said of groups.
+const UNCOVERED: f64 = 0.1;
+/// Targets that are told one by one.
+const TARGETS_SHOWN: usize = 20;
 
 /// Which metrics are told.
 #[derive(Args)]
@@ -26,27 +31,28 @@ pub(crate) struct Wanted {
     pub(crate) choice: Choice,
 }
 
-/// The table: topic, what, metric, unit. Shares of 0 to 1 are shown in percent.
-const ROWS: [(&str, &str, &str, &str); 19] = [
-    ("in view", "group members seen by no UAV", "out_of_view_fraction", "% of the time"),
-    ("in view", "the longest that one was", "out_of_view_longest_s", "s"),
-    ("in view", "targets in no group", "uncovered_fraction", "% of the time"),
-    ("line of sight", "furthest member off boresight, mean", "line_of_sight_deg", "deg"),
-    ("line of sight", "and at worst", "line_of_sight_max_deg", "deg"),
-    ("estimates", "position error", "position_error_m", "m"),
-    ("estimates", "velocity error", "velocity_error_m_s", "m/s"),
-    ("estimates", "consistency (1 is right)", "anees", ""),
-    ("estimates", "of the innovations (1 is right)", "nis", ""),
-    ("estimates", "position error over its bound", "position_bound_ratio", ""),
-    ("estimates", "velocity error over its bound", "velocity_bound_ratio", ""),
-    ("orbit", "standoff error, true geometry", "standoff_error_m", "m"),
-    ("orbit", "once settled", "standoff_error_m_settled", "m"),
-    ("orbit", "standoff error, the agents' own view", "standoff_tracking_error_m", "m"),
-    ("orbit", "once settled", "standoff_tracking_error_m_settled", "m"),
-    ("orbit", "phase error", "phase_error_deg", "deg"),
-    ("orbit", "smallest separation", "separation_min_m", "m"),
-    ("limits", "turn rate at its limit", "turn_rate_saturated_fraction", "% of the time"),
-    ("limits", "no feasible orbit", "infeasible_fraction", "% of the time"),
+/// Metrics that say little on one line: what the others are made of, and what stands in the first lines already.
+const UNTOLD: [&str; 7] = [
+    "position_error_all_m",
+    "standoff_distance_m",
+    "separation_min_group_m",
+    "position_squared_error_m2",
+    "position_bound_m2",
+    "velocity_squared_error_m2_s2",
+    "velocity_bound_m2_s2",
+];
+
+/// What is told of a run beside its yardstick.
+const BESIDE_YARDSTICK: [&str; 9] = [
+    "watched_fraction",
+    "seen_fraction",
+    "longest_gap_s",
+    "position_error_m",
+    "standoff_error_m_settled",
+    "phase_error_deg",
+    "line_of_sight_max_deg",
+    "separation_min_layer_m",
+    "infeasible_fraction",
 ];
 
 /// What a run came to.
@@ -60,53 +66,51 @@ pub(crate) struct Outcome {
     pub(crate) unfinished_after_s: Option<f64>,
     pub(crate) uavs: usize,
     pub(crate) targets: usize,
+    /// How many there were at a time, on average.
+    pub(crate) targets_mean: Option<f64>,
     pub(crate) metrics: Chosen,
     #[serde(flatten)]
     pub(crate) events: Events,
-}
-
-/// The events of a run: the first of them one by one, all in numbers.
-#[derive(Default, Serialize)]
-pub(crate) struct Events {
-    events: Vec<Event>,
-    #[serde(rename = "events_left_out", skip_serializing_if = "tells_all", serialize_with = "left_out")]
-    allowance: EventAllowance,
-    #[serde(skip)]
-    counts: BTreeMap<String, usize>,
-}
-
-fn tells_all(allowance: &EventAllowance) -> bool {
-    allowance.left_out() == 0
-}
-
-fn left_out<S: Serializer>(allowance: &EventAllowance, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_u64(allowance.left_out())
-}
-
-/// Something that happened.
-#[derive(Serialize)]
-struct Event {
-    time_s: f64,
-    kind: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    target: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    group: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    to_group: Option<u32>,
+    /// How each target fared.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    uavs: Vec<u32>,
-    reason: String,
+    pub(crate) per_target: Vec<PerTarget>,
+    /// What was flown.
+    #[serde(skip)]
+    pub(crate) settings: Settings,
 }
 
-/// The rows of the table that were chosen; shares in percent.
-pub(crate) fn lines(metrics: &Chosen) -> Vec<Line> {
-    let line = |(topic, what, metric, unit): (_, _, &'static str, _)| {
-        let percent = if metric.ends_with("_fraction") { 100.0 } else { 1.0 };
-        let value = metrics.get(metric)?.map(|value| percent * value);
-        Some(Line { topic, what, metric, value, unit })
+/// How a target fared.
+#[derive(Serialize)]
+pub(crate) struct PerTarget {
+    pub(crate) target: String,
+    #[serde(flatten)]
+    pub(crate) score: TargetScore,
+}
+
+/// How an outcome is told to people.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Telling<'a> {
+    /// Beside it, what the paper's law came to: a few rows.
+    pub(crate) yardstick: Option<&'a Metrics>,
+    /// Target by target, too.
+    pub(crate) per_target: bool,
+}
+
+/// The rows of the table: metrics that were chosen and that tell something, in their own order; shares in percent.
+pub(crate) fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
+    // Where consistency is told of quiet and of manoeuvring targets, its average hides both.
+    let is_split = metrics.get("anees_manoeuvring").flatten().is_some();
+    let untold = |name: &&str| UNTOLD.contains(name) || (*name == "anees" && is_split);
+    let line = |about: &About| {
+        let (unit, factor) = About::unit(about.name);
+        let value = metrics.get(about.name)?.map(|value| factor * value);
+        let good = goals::good(about.name, settings);
+        Some(Line { metric: about.name, words: about.words, value, unit, good })
     };
-    ROWS.into_iter().filter_map(line).collect()
+    let told = Metrics::ABOUT.iter().filter(|about| !untold(&about.name));
+    let lines = told.filter_map(line);
+    // That there is nothing manoeuvring, or no model, needs no row.
+    lines.filter(|line| line.value.is_some() || !line.metric.starts_with("anees_")).collect()
 }
 
 impl Outcome {
@@ -116,12 +120,12 @@ impl Outcome {
     }
 
     /// Prints it: for programs, or for people.
-    pub(crate) fn print(&self, json: bool, out: &Path) -> Result<(), Failure> {
-        print(&if json { self.json().map_err(Failure::running)? } else { text::lines(&self.table(out)) })
+    pub(crate) fn print(&self, json: bool, out: &Path, telling: Telling) -> Result<(), Failure> {
+        print(&if json { self.json().map_err(Failure::running)? } else { text::lines(&self.told(out, telling)) })
     }
 
-    /// What a person wants to know first.
-    fn table(&self, out: &Path) -> String {
+    /// What a person wants to know, first things first.
+    fn told(&self, out: &Path, telling: Telling) -> String {
         let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
         let mut told = format!(
@@ -130,85 +134,112 @@ impl Outcome {
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
-        let mut last = "";
-        for Line { topic, what, value, unit, .. } in lines(&self.metrics) {
-            let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
-            let heading = if topic == last { "" } else { topic };
-            told += format!("{heading:14} {what:37} {value:>9} {unit}").trim_end();
-            told += "\n";
-            last = topic;
+        told += &self.custody();
+        told += &self.table(telling.yardstick);
+        let is_told = |metric: &str| telling.yardstick.is_none() || BESIDE_YARDSTICK.contains(&metric);
+        for word in goals::words(&self.metrics, &self.settings, is_told) {
+            told += &format!("* {word}\n");
         }
-        told += &self.events_told();
-        told + &format!("\nresults in {}\n", out.display())
+        if telling.yardstick.is_some() {
+            told += &format!("* {}\n", goals::YARDSTICK);
+        }
+        if telling.per_target {
+            told += &self.targets_told();
+        }
+        let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
+        told += &self.events.told(unfinished_after_s.unwrap_or(*duration_s), &ends_s);
+        told + &format!("\nresults in {}\n", text::path(out))
     }
-}
 
-impl Outcome {
-    /// How many events of each kind, and the first of those that matter most: that a target is cued or first measured is
-    /// routine, and that something is over tells little.
-    fn events_told(&self) -> String {
-        let Events { events, counts, .. } = &self.events;
-        let counts: Vec<String> = counts.iter().map(|(kind, n)| format!("{n} {}", text::words(kind))).collect();
-        let mut told =
-            format!("\nevents         {}\n", if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
-        let routine = ["cued", "acquired", "orbit-feasible", "uavs-apart"];
-        let telling: Vec<&Event> = events.iter().filter(|event| !routine.contains(&event.kind.as_str())).collect();
-        for event in telling.iter().take(EVENTS_SHOWN) {
-            let [kind, who, reason] = [&event.kind, &event.who(), &event.reason].map(|part| text::words(part));
-            told += &format!("{:8.1} s  {kind:17}  {who}: {reason}\n", event.time_s);
+    /// Of how many vehicles how many are watched and seen, and the longest gap.
+    fn custody(&self) -> String {
+        let get = |name: &str| self.metrics.get(name).flatten();
+        let Some(mean) = self.targets_mean else { return String::new() };
+        let there = mean.round().max(0.0) as usize;
+        let of = if (mean - self.targets as f64).abs() < 0.05 {
+            format!("of {}", count(self.targets, "target"))
+        } else {
+            format!("of the {mean:.1} targets there at a time ({} in all; {there} rounded)", self.targets)
+        };
+        let mut told = String::new();
+        if let Some(share) = get("uncovered_fraction").filter(|share| *share > UNCOVERED) {
+            told += &format!(
+                "in no group   {:.1} {of} on average ({:.1} % of their time): no orbit is flown about them\n",
+                share * mean,
+                100.0 * share
+            );
         }
-        if telling.len() > EVENTS_SHOWN {
-            told += &format!("  and {} more in summary.json\n", telling.len() - EVENTS_SHOWN);
+        for (what, metric, words) in [
+            ("watched", "watched_fraction", "in a group and in some UAV's view"),
+            ("seen", "seen_fraction", "in some UAV's view, in a group or not"),
+        ] {
+            if let Some(share) = get(metric) {
+                let percent = 100.0 * share;
+                told +=
+                    &format!("{what:13} {:.1} {of} on average ({percent:.1} % of their time): {words}\n", share * mean);
+            }
         }
-        let left_out = self.events.left_out();
-        if left_out > 0 {
-            told += &format!("  and {left_out} later events of any kind in events.parquet\n");
+        if let Some(gap_s) = get("longest_gap_s") {
+            let longest = |one: &&PerTarget| gap_s > 0.0 && one.score.longest_gap_s == Some(gap_s);
+            let whose = self.per_target.iter().find(longest);
+            let whose = whose.map_or_else(String::new, |one| format!(", {}", text::words(&named(&one.target))));
+            told += &format!("longest gap   {gap_s:.1} s in no UAV's view{whose}\n");
+        }
+        if told.is_empty() { told } else { told + "\n" }
+    }
+
+    fn table(&self, yardstick: Option<&Metrics>) -> String {
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+        let mut told = match yardstick {
+            Some(_) => format!("{:33} {:>9} {:>12}       good is\n", "metric", "this run", "paper's law*"),
+            None => format!("{:36} {:>9}       good is\n", "metric", "value"),
+        };
+        for Line { metric, value, unit, good, .. } in lines(&self.metrics, &self.settings) {
+            let line = match yardstick {
+                Some(_) if !BESIDE_YARDSTICK.contains(&metric) => continue,
+                Some(paper) => {
+                    let (_, factor) = About::unit(metric);
+                    let paper = paper.value(metric).map(|value| factor * value);
+                    format!("{metric:33} {:>9} {:>12} {unit:5} {good}", number(value), number(paper))
+                }
+                None => format!("{metric:36} {:>9} {unit:5} {good}", number(value)),
+            };
+            told += line.trim_end();
+            told += "\n";
         }
         told
     }
-}
 
-impl Events {
-    /// Takes in an event of a run whose targets have these names.
-    pub(crate) fn add(&mut self, time_us: i64, row: &EventRow, names: &[String]) {
-        let is_known = self.counts.contains_key(&row.kind);
-        let kind = if is_known || self.counts.len() < KINDS { row.kind.as_str() } else { "of other kinds" };
-        match self.counts.get_mut(kind) {
-            Some(count) => *count += 1,
-            None => drop(self.counts.insert(kind.to_owned(), 1)),
+    /// Target by target: all of them, or those with the longest gaps.
+    fn targets_told(&self) -> String {
+        let mut targets: Vec<&PerTarget> = self.per_target.iter().collect();
+        let gap_s = |one: &PerTarget| one.score.longest_gap_s.unwrap_or(0.0);
+        if targets.len() > TARGETS_SHOWN {
+            targets.sort_by(|a, b| gap_s(b).total_cmp(&gap_s(a)));
+            targets.truncate(TARGETS_SHOWN);
         }
-        let name = row.target.and_then(|target| names.get(target as usize));
-        if self.allowance.takes(row, name.map(String::as_str)) {
-            let EventRow { kind, target: _, group, to_group, uavs, reason } = row.clone();
-            let target = name.cloned();
-            self.events.push(Event { time_s: time_us as f64 / 1e6, kind, target, group, to_group, uavs, reason });
+        let mut told = format!(
+            "\n{:24} {:>10} {:>8} {:>13} {:>16} {:>6}\n",
+            "target", "watched %", "seen %", "longest_gap_s", "position_error_m", "anees"
+        );
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+        for PerTarget { target, score } in &targets {
+            let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share));
+            let manoeuvres = if score.manoeuvres { "  manoeuvres" } else { "" };
+            told += &format!(
+                "{:24} {:>10} {:>8} {:>13} {:>16} {:>6}{manoeuvres}\n",
+                text::words(&named(target)),
+                percent(score.watched_fraction),
+                percent(score.seen_fraction),
+                number(score.longest_gap_s),
+                number(score.position_error_m),
+                number(score.anees)
+            );
         }
-    }
-
-    /// How many there are of a kind.
-    pub(crate) fn count(&self, kind: &str) -> usize {
-        self.counts.get(kind).copied().unwrap_or(0)
-    }
-
-    /// How many are not told one by one.
-    pub(crate) fn left_out(&self) -> u64 {
-        self.allowance.left_out()
-    }
-}
-
-impl Event {
-    /// The target or the UAV it happened to, and the groups.
-    fn who(&self) -> String {
-        let groups = match (self.group, self.to_group) {
-            (Some(from), Some(to)) => format!("group {from} to {to}"),
-            (Some(group), None) => format!("group {group}"),
-            _ => String::new(),
-        };
-        let target = self.target.clone();
-        let of_uav = ["reassigned", "uav-lost", "uav-joined"].contains(&self.kind.as_str());
-        let uav = self.uavs.first().filter(|_| of_uav).map(|uav| format!("UAV {uav}"));
-        let who = [target.or(uav).unwrap_or_default(), groups];
-        who.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+        if self.per_target.len() > targets.len() {
+            told += &format!("  those with the longest gaps; all {} in summary.json\n", self.per_target.len());
+        }
+        told
     }
 }
 

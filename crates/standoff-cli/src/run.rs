@@ -20,9 +20,10 @@ use crate::changes::Changes;
 use crate::failure::{Failure, note, refused};
 use crate::interruption::Interruption;
 use crate::mcap::Mcap;
-use crate::outcome::{Wanted, lines};
+use crate::outcome::{Telling, Wanted, lines};
 use crate::tell::{Told, of_record, tell};
 use crate::watch::{Pace, Served, Watched, manifest, rate};
+use crate::yardstick;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -67,7 +68,7 @@ pub(crate) struct Args {
 }
 
 /// What is flown if nothing is named.
-pub(crate) const DEFAULT_SCENARIO: &str = "paper/figure-9";
+pub(crate) const DEFAULT_SCENARIO: &str = "best/figure-9";
 
 impl Default for Args {
     fn default() -> Self {
@@ -128,9 +129,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let out = out.display();
         Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
     })??;
-    outcome.print(args.json, &out)?;
+    let yardstick = yardstick::of(args.scenario.as_deref(), &args.changes, args.seed, choice)?;
+    outcome.print(args.json, &out, Telling { yardstick: yardstick.as_ref(), ..Telling::default() })?;
     written?;
-    let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics), &interruption));
+    let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption));
     filed.and(shown)
 }
 

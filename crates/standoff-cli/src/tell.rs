@@ -12,7 +12,7 @@ use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
 use crate::failure::{Failure, note};
-use crate::outcome::{Events, Outcome, lines};
+use crate::outcome::{Events, Outcome, PerTarget, Telling, lines};
 
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
@@ -20,7 +20,7 @@ const REPORT_ROWS: u64 = 300_000;
 /// `standoff show`: tells a run again; its summary and figures are made anew. Of an unfinished one it tells what there is.
 pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
     let Told { outcome, written } = tell(dir, choice)?;
-    outcome.print(json, dir)?;
+    outcome.print(json, dir, Telling { per_target: true, ..Telling::default() })?;
     written
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
     }
     let settings = settings_of(&record)?;
     let rules = Rules::of(&settings);
-    let mut scorer = Scorer::new(rules, choice);
+    let mut scorer = Scorer::new(rules.clone(), choice);
     let rows = record.target_rows().map_err(of_record)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let (mut encoder, mut parts) = (Encoder::new(&rules, stride), Vec::new());
@@ -58,6 +58,7 @@ pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
         FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),
     })?;
+    let name = |target: u32| record.target_names().get(target as usize).cloned().unwrap_or_default();
     let outcome = Outcome {
         scenario: manifest.scenario.clone(),
         seed: manifest.seed,
@@ -65,13 +66,16 @@ pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
         unfinished_after_s: record.ends_s(),
         uavs,
         targets: events.count("cued"),
+        targets_mean: scorer.targets_mean(),
         metrics: Chosen { metrics: scorer.metrics(), choice },
         events,
+        per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
+        settings,
     };
     tell_left_out(outcome.events.left_out());
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
-    (head.stride, head.outcome) = (stride, lines(&outcome.metrics));
+    (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
     let write = || {
         figures.iter().try_for_each(|figure| save(&dir.join(format!("{}.svg", figure.name)), &figure.svg))?;
         save(&dir.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;

@@ -164,11 +164,12 @@ struct Told {
     watched: Watched,
     scorer: Scorer,
     choice: Choice,
+    settings: Settings,
 }
 
 impl Told {
     fn new(watched: Watched, settings: &Settings, choice: Choice) -> Self {
-        Self { watched, scorer: Scorer::new(Rules::of(settings), choice), choice }
+        Self { watched, scorer: Scorer::new(Rules::of(settings), choice), choice, settings: settings.clone() }
     }
 
     fn frame(&mut self, frame: &Frame) {
@@ -178,6 +179,6 @@ impl Told {
 
     fn finish(self) -> Result<(), Failure> {
         let metrics = Chosen { metrics: self.scorer.metrics(), choice: self.choice };
-        self.watched.finish(lines(&metrics))
+        self.watched.finish(lines(&metrics, &self.settings))
     }
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
+use standoff_sim::score::{About, Metrics};
 
 fn standoff(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
@@ -44,15 +45,17 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn alone_it_flies_figure_9_and_says_where_the_results_are() {
+fn alone_it_flies_figure_9_beside_the_papers_law_and_says_where_the_results_are() {
     let folder = tempfile::tempdir().unwrap();
     let output = standoff(folder.path(), &[]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
-    assert!(table.contains("paper/figure-9, seed 1: 4 UAVs, 7 targets"), "{table}");
-    assert!(table.contains("results in standoff-out/paper/figure-9-1"), "{table}");
+    assert!(table.contains("best/figure-9, seed 1: 4 UAVs, 7 targets"), "{table}");
+    assert!(table.contains("this run paper's law*"), "{table}");
+    assert!(table.contains("results in standoff-out/best/figure-9-1"), "{table}");
+    assert!(table.lines().filter(|line| !line.contains(" s  ")).all(|line| line.chars().count() <= 100), "{table}");
     assert_eq!(text(&output.stderr), "", "no progress bar in a pipe");
-    let results = folder.path().join("standoff-out/paper/figure-9-1");
+    let results = folder.path().join("standoff-out/best/figure-9-1");
     assert_eq!(
         names(&results),
         [
@@ -92,7 +95,7 @@ fn json_is_one_object_and_the_summary_is_the_same() {
     let saved: Value = serde_json::from_slice(&fs::read(folder.path().join("o/summary.json")).unwrap()).unwrap();
     assert_eq!(printed, saved);
     let keys: Vec<_> = printed.as_object().unwrap().keys().cloned().collect();
-    assert_eq!(keys, ["scenario", "seed", "duration_s", "uavs", "targets", "metrics", "events"]);
+    assert_eq!(keys, ["scenario", "seed", "duration_s", "uavs", "targets", "targets_mean", "metrics", "events", "per_target"]);
     assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &4.into(), &3.into()));
     assert!(printed["metrics"]["phase_error_deg"].as_f64().unwrap() < 5.0);
     let event = &printed["events"][0];
@@ -114,8 +117,8 @@ fn metrics_are_chosen_by_name() {
     let standard = metrics(&["show", "o", "--json"]);
     assert!(standard.contains(&"anees".to_owned()) && !standard.contains(&"nis".to_owned()), "{standard:?}");
     let table = text(&standoff(folder.path(), &["show", "o", "--metrics", "nis"]).stdout);
-    assert!(table.contains("estimates      of the innovations (1 is right)"), "{table}");
-    assert!(!table.contains("position error"), "{table}");
+    assert!(table.lines().any(|line| line.starts_with("nis ") && line.ends_with("goal 1")), "{table}");
+    assert!(!table.contains("velocity_error_m_s"), "{table}");
 }
 
 /// docs/metrics.md defines every metric that is printed, and none besides.
@@ -126,12 +129,61 @@ fn every_metric_is_defined() {
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let printed: Vec<_> = printed["metrics"].as_object().unwrap().keys().cloned().collect();
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/metrics.md")).unwrap();
-    let rows = page.lines().filter(|line| line.starts_with("| `"));
+    let (definitions, interest) = page.split_once("## What is of interest").unwrap();
+    let rows = definitions.lines().filter(|line| line.starts_with("| `"));
     let first_cells = rows.map(|line| line.split('|').nth(1).unwrap().to_owned());
     let defined: Vec<_> = first_cells
         .flat_map(|cell| cell.split(',').map(|name| name.trim().replace('`', "")).collect::<Vec<_>>())
         .collect();
     assert_eq!(printed, defined);
+    let rows: Vec<&str> = interest.lines().filter(|line| line.starts_with("| `")).collect();
+    let told = Metrics::ABOUT.iter().map(|about| {
+        let (unit, factor) = About::unit(about.name);
+        let size = format!("{} {unit}", (factor * about.interest * 1e6).round() / 1e6);
+        let bad = about.bad.map_or_else(|| "-".to_owned(), |bad| format!("{bad:?}").to_lowercase());
+        format!("| `{}` | {bad} | {} |", about.name, size.trim_end())
+    });
+    assert_eq!(rows, told.collect::<Vec<_>>());
+}
+
+/// What can be taken for a failure has a word why, and how to do without it.
+#[test]
+fn the_papers_mission_says_why_its_orbits_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = text(&standoff(folder.path(), &["run", "paper/figure-9"]).stdout);
+    let advice = "--set orbit.margin=standard-deviations --set orbit.on_membership_change=shift";
+    assert!(table.contains("r_d jumps when members change") && table.contains(advice), "{table}");
+    assert!(!table.contains("paper's law*"), "{table}");
+    let args = ["run", "paper/figure-9", "--set", "orbit.margin=standard-deviations", "--out", "o"];
+    let table = text(&standoff(folder.path(), &args).stdout);
+    assert!(!table.contains("r_d jumps"), "{table}");
+}
+
+/// `show` tells target by target, and consistency of quiet and of manoeuvring ones apart.
+#[test]
+fn show_tells_each_target() {
+    let folder = tempfile::tempdir().unwrap();
+    standoff(folder.path(), &["run", "best/figure-9", "--out", "o"]);
+    let told = text(&standoff(folder.path(), &["show", "o"]).stdout);
+    let rows: Vec<&str> = told.lines().filter(|line| line.starts_with("target-")).collect();
+    assert_eq!(rows.len(), 7, "{told}");
+    assert!(rows[0].ends_with("manoeuvres") && !rows[1].ends_with("manoeuvres"), "{told}");
+    assert!(told.contains("\nanees_quiet ") && told.contains("\nanees_manoeuvring "), "{told}");
+    assert!(!told.contains("\nanees "), "{told}");
+}
+
+/// A vehicle that nobody watches is told first where it weighs, whatever the groups' numbers say.
+#[test]
+fn time_in_no_group_stands_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |t: u32| (0..6u32).map(move |car| format!("{t},{car},{},0,0,0\n", 4000 * car));
+    let csv: String = (0..60).flat_map(rows).collect();
+    fs::write(folder.path().join("far.csv"), format!("t_s,vehicle,x_m,y_m,vx_m_s,vy_m_s\n{csv}")).unwrap();
+    let output = standoff(folder.path(), &["run", "--traffic", "far.csv", "--uavs", "2"]);
+    let table = text(&output.stdout);
+    let first = table.lines().nth(2).unwrap_or_default();
+    assert!(first.starts_with("in no group   "), "{table}{}", text(&output.stderr));
+    assert!(table.contains("target \"0\"") || table.contains("target \"5\""), "{table}");
 }
 
 #[test]

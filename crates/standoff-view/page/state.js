@@ -141,11 +141,13 @@ function showOutcome(body, lines) {
   body.replaceChildren();
   for (const line of lines) {
     const row = body.insertRow();
-    row.insertCell().textContent = line.topic;
-    row.insertCell().textContent = line.what;
+    const name = row.insertCell();
+    name.textContent = line.metric;
+    name.title = line.words;
     const value = row.insertCell();
     value.dataset.metric = line.metric;
     value.textContent = line.value === null ? "\u2013" : fixed(line.value, 2);
     row.insertCell().textContent = line.unit;
+    row.insertCell().textContent = line.good;
   }
 }

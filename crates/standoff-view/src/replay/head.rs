@@ -41,16 +41,16 @@ pub struct Head {
 /// A line of the table of outcomes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Line {
-    /// What it is about: `estimates`, `orbit`.
-    pub topic: &'static str,
-    /// What is measured, in words.
-    pub what: &'static str,
     /// Name of the metric.
     pub metric: &'static str,
+    /// What it is, in words.
+    pub words: &'static str,
     /// Its value, in `unit`.
     pub value: Option<f64>,
     /// The unit.
     pub unit: &'static str,
+    /// Which values are good.
+    pub good: String,
 }
 
 impl Head {

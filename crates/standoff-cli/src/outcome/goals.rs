@@ -1,0 +1,89 @@
+//! What is good: goals, limits and bounds of the metrics; and a word why a number is what it is.
+
+use standoff::Margin;
+use standoff_sim::scenario::Settings;
+use standoff_sim::score::Chosen;
+
+/// Two UAVs at one altitude that come nearer than this are told of, m. The event `uavs-close` has a limit of its own.
+const CLOSE_M: f64 = 100.0;
+/// A standoff error that is larger than what following an orbit leaves needs a word, m.
+const UNSETTLED_M: f64 = 20.0;
+/// An `anees` outside of these needs a word.
+const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.25;
+
+/// What is said below a table with the paper's law beside the run.
+pub(super) const YARDSTICK: &str = "paper's law: the same scenario, starts and seed under the law as printed, whose \
+    margin (16), an\n  erratum, adds a squared distance to metres: its orbits jump to r_d,max whenever members change";
+
+/// What values of a metric are good: a goal (better the nearer), a limit (not to be passed) or a bound (cannot be
+/// passed). Empty where neither is known.
+pub(super) fn good(metric: &str, settings: &Settings) -> String {
+    let sensor = &settings.team.track.sensor;
+    let half_deg = 0.5 * sensor.field_of_view_rad.to_degrees();
+    match metric {
+        "watched_fraction" | "seen_fraction" => "goal 100".to_owned(),
+        "line_of_sight_deg" | "line_of_sight_max_deg" => format!("limit {half_deg:.0}: half the field of view"),
+        "position_error_m" => {
+            let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
+            format!("small; a single scan errs by {range_m} m and {bearing_deg:.0} deg")
+        }
+        "velocity_error_m_s" => "small".to_owned(),
+        "separation_min_m" => "altitudes may differ".to_owned(),
+        "separation_min_layer_m" => format!("limit {CLOSE_M:.0}: two at one altitude"),
+        "turn_rate_saturated_fraction" => {
+            format!("small; the limit is {:.2} rad/s", settings.team.uav.turn_rate_max_rad_s)
+        }
+        "anees" | "anees_quiet" | "anees_manoeuvring" | "nis" => "goal 1".to_owned(),
+        "position_bound_ratio" | "velocity_bound_ratio" => "bound 1".to_owned(),
+        "handoffs" | "discards" => String::new(),
+        name if name.contains("surprise") => "bound of the error of the same name".to_owned(),
+        _ => "goal 0".to_owned(),
+    }
+}
+
+/// Why numbers are what they are, where they could be taken for a failure.
+pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str) -> bool) -> Vec<String> {
+    let get = |metric: &str| metrics.get(metric).flatten().filter(|_| is_told(metric));
+    let mut words = Vec::new();
+    if settings.team.group.margin == Margin::Mahalanobis {
+        words.push(
+            "r_d jumps when members change: margin (16) as printed, an erratum, adds a squared distance to metres.\n  \
+             Without: --set orbit.margin=standard-deviations --set orbit.on_membership_change=shift"
+                .to_owned(),
+        );
+    }
+    if let Some(closest_m) = get("separation_min_layer_m").filter(|closest_m| *closest_m < CLOSE_M) {
+        words.push(format!("two UAVs at one altitude came within {closest_m:.0} m; nothing enforces a distance"));
+    }
+    let discards = metrics.get("discards").flatten().unwrap_or(0.0);
+    if discards > 0.0 && get("watched_fraction").is_some_and(|share| share < 1.0) {
+        let radius_max_m = settings.team.group.standoff.radius_max_m;
+        words.push(format!(
+            "watched_fraction counts discarded targets, too: no orbit of at most r_d,max = {radius_max_m:.0} m held them \
+             with their group"
+        ));
+    }
+    if get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
+        words.push(
+            "standoff errors count the ways onto another orbit, too, whenever a group's members change".to_owned(),
+        );
+    }
+    let quiet = get("anees_quiet").or(get("anees")).filter(|anees| !CONSISTENT.contains(anees));
+    if let Some(anees) = quiet {
+        let assumed = settings.team.track.target.acceleration_sd_m_s2;
+        let wider = settings.model.filter(|model| model.acceleration_sd_m_s2 < assumed);
+        words.push(match (wider, anees < 1.0) {
+            (Some(model), true) => format!(
+                "anees below 1: the filter allows for accelerations of {assumed} m/s2, of which its quiet targets have {}",
+                model.acceleration_sd_m_s2
+            ),
+            (_, true) => "anees below 1: the estimates are better than the filter says".to_owned(),
+            (_, false) => "anees above 1: the estimates are worse than the filter says; targets move as it does not expect"
+                .to_owned(),
+        });
+    }
+    if get("anees_manoeuvring").is_some_and(|anees| !CONSISTENT.contains(&anees)) {
+        words.push("anees_manoeuvring: a manoeuvre is no part of the filter's model of its targets".to_owned());
+    }
+    words
+}
