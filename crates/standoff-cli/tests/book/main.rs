@@ -17,11 +17,15 @@
 mod page;
 mod shell;
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{fs, iter, thread};
 
 use page::{Block, Page};
 use shell::{check_quoted, copy, left_out, run, typed};
+
+/// Pages that are followed at a time.
+const READERS: usize = 2;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -60,32 +64,47 @@ struct Tally {
 
 #[test]
 fn every_command_runs_and_prints_what_the_page_says() {
+    let pages: Vec<_> = for_users().collect();
+    // Pages side by side: most commands use one core. The next page goes to whoever is free.
+    let next = AtomicUsize::new(0);
+    let follow_some = || iter::from_fn(|| pages.get(next.fetch_add(1, Ordering::Relaxed))).map(follow_page).collect();
+    let tallies: Vec<Vec<Tally>> = thread::scope(|scope| {
+        let readers: Vec<_> = (0..READERS).map(|_| scope.spawn(follow_some)).collect();
+        readers.into_iter().map(|reader| reader.join().unwrap()).collect()
+    });
+    let tallies: Vec<_> = tallies.into_iter().flatten().collect();
+    let run: usize = tallies.iter().map(|tally| tally.run).sum();
+    let left_out: Vec<_> = tallies.iter().flat_map(|tally| tally.left_out.clone()).collect();
+    let wrong: Vec<_> = tallies.iter().flat_map(|tally| tally.wrong.clone()).collect();
+    println!("{run} commands run; not run:\n{}", left_out.join("\n"));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+    assert!(run > 50, "only {run} commands were found");
+}
+
+/// Does what a page says, in a folder of its own.
+fn follow_page(page: &Page) -> Tally {
     let mut tally = Tally::default();
-    for page in for_users() {
-        let folder = tempfile::tempdir().unwrap();
-        for block in page.blocks() {
-            let place = format!("{}:{}", page.name(), block.line);
-            for file in block.marks.iter().filter_map(|mark| mark.strip_prefix("copy ")) {
-                copy(&root().join(file), folder.path());
-            }
-            if let Some(name) = block.mark("save as") {
-                fs::write(folder.path().join(name), &block.text).unwrap();
-            }
-            match block.language.as_str() {
-                "" | "console" | "sh" => follow(&place, &block, folder.path(), &mut tally),
-                "toml" if block.mark("not a scenario").is_some() => {}
-                "toml" => tally.wrong.extend(refused(&block, folder.path()).map(|why| format!("{place}: {why}"))),
-                "rust" | "text" | "csv" => {}
-                other => match block.mark("not run:") {
-                    Some(why) => tally.left_out.push(format!("{place}: {other}: {why}")),
-                    None => tally.wrong.push(format!("{place}: {other} is nothing that this test can check")),
-                },
-            }
+    let folder = tempfile::tempdir().unwrap();
+    for block in page.blocks() {
+        let place = format!("{}:{}", page.name(), block.line);
+        for file in block.marks.iter().filter_map(|mark| mark.strip_prefix("copy ")) {
+            copy(&root().join(file), folder.path());
+        }
+        if let Some(name) = block.mark("save as") {
+            fs::write(folder.path().join(name), &block.text).unwrap();
+        }
+        match block.language.as_str() {
+            "" | "console" | "sh" => follow(&place, &block, folder.path(), &mut tally),
+            "toml" if block.mark("not a scenario").is_some() => {}
+            "toml" => tally.wrong.extend(refused(&block, folder.path()).map(|why| format!("{place}: {why}"))),
+            "rust" | "text" | "csv" => {}
+            other => match block.mark("not run:") {
+                Some(why) => tally.left_out.push(format!("{place}: {other}: {why}")),
+                None => tally.wrong.push(format!("{place}: {other} is nothing that this test can check")),
+            },
         }
     }
-    println!("{} commands run; not run:\n{}", tally.run, tally.left_out.join("\n"));
-    assert!(tally.wrong.is_empty(), "{}", tally.wrong.join("\n\n"));
-    assert!(tally.run > 50, "only {} commands were found", tally.run);
+    tally
 }
 
 /// Does what a block says.

@@ -243,7 +243,7 @@ fn the_search_loses_next_to_nothing() {
 
 /// Where the numbers in the documentation come from.
 #[test]
-#[ignore = "takes a minute"]
+#[ignore = "long: for .ci/long"]
 fn the_loss_is_the_documented_one() {
     let searched = loss(20, search);
     assert_eq!((searched.worlds, searched.lossy), (5880, 4), "{searched:?}");
