@@ -2,20 +2,24 @@
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-times_of_steps=()
+times_of_steps=() running=
 
 # Runs a command, which has to succeed.
 step() {
     printf '\n== %s\n' "$*"
-    local begun_s=$SECONDS
+    running=$* begun_s=$SECONDS
     "$@"
-    times_of_steps+=("$(printf '%5d s  %s' $((SECONDS - begun_s)) "$*")")
+    took ""
 }
 
-told() {
-    local status=$?
-    [ "$status" = 0 ] || times_of_steps+=("failed, after $SECONDS s in all")
+took() {
+    times_of_steps+=("$(printf '%5d s  %s' $((SECONDS - begun_s)) "$running$1")")
+    running=
+}
+
+tell_times() {
+    [ -z "$running" ] || took ": FAILED"
     printf '\n== times\n'
     printf '%s\n' "${times_of_steps[@]}" "$(printf '%5d s  in all' "$SECONDS")"
 }
-trap told EXIT
+trap tell_times EXIT
