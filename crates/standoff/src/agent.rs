@@ -85,6 +85,9 @@ pub struct Diagnostics {
     pub unassigned_targets: u32,
     /// Messages refused since the start.
     pub refused_messages: u32,
+    /// Steps since the start whose time was refused: before the last one's, or more than [`Agent::GAP_MAX`] after it. If
+    /// this goes on growing though your clock is right, [`Agent::reset`].
+    pub refused_instants: u32,
     /// The UAV's own state was not finite: it holds its course.
     pub own_state_invalid: bool,
 }
@@ -128,16 +131,30 @@ pub struct Agent {
 }
 
 impl Agent {
+    /// An instant that comes later than this after the one before is taken for a clock that has jumped. Believed, one
+    /// wrong time would be waited for until it comes, and everything known would be lost on the way there. This is three
+    /// times as long as a teammate may be silent, and the longest period that the simulator flies.
+    pub const GAP_MAX: Duration = Duration::from_us(10_000_000);
+
     /// An agent of a team; all that is out of range is reported at once, and so are parameters that contradict one
     /// another: the orbits' field of view must be the sensor's ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
         Ok(Self { id, epoch: 0, sequence: 0, outbox: Vec::new(), said: false, mind: Mind::new(params)? })
     }
 
-    /// The same agent after a restart: teammates take its reports for new ones again. Each restart counts one up.
+    /// The same agent after a restart: should it speak again at the instant at which it went down, all teammates believe
+    /// what it said before. Each restart counts one up.
     #[must_use]
     pub fn with_epoch(self, epoch: u32) -> Self {
         Self { epoch, ..self }
+    }
+
+    /// Forgets all that it knows and has heard, and takes whatever time comes next: for a clock that was set, or a pause
+    /// of more than [`Self::GAP_MAX`]. The counts of the diagnostics stay. As after a restart, targets have to be cued
+    /// again.
+    pub fn reset(&mut self) {
+        self.mind.reset();
+        self.said = false;
     }
 
     /// This agent's UAV.
@@ -156,7 +173,7 @@ impl Agent {
         Report {
             uav: self.id,
             epoch: self.epoch,
-            sequence: self.sequence.wrapping_add(u32::from(self.mind.is_past(now))),
+            sequence: self.sequence.wrapping_add(u32::from(self.mind.may_follow(now))),
             time: now,
             state: *own,
             boresight: scan.boresight,
@@ -168,16 +185,22 @@ impl Agent {
     ///
     /// `own` and `scan` are of this instant, and so are the reports in `inbox` (others are refused and counted); the
     /// order of `inbox` does not matter. Called again at the same instant with messages that came in since, the step
-    /// answers as if all had come at once. Time that runs backward changes nothing that is known.
+    /// answers as if all had come at once.
+    ///
+    /// Time that runs backward, or jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or
+    /// said, the command is from what was known, and the next step may be right again. [`Self::reset`] makes the agent
+    /// follow a time that stays elsewhere.
     ///
     /// Total: whatever comes in, the command is inside the limits.
     pub fn step(&mut self, now: Time, own: &UavState, scan: Scan, inbox: &[Message]) -> Step<'_> {
-        if self.mind.is_past(now) {
-            self.mind.open(now);
+        if self.mind.turn_to(now) {
             self.sequence = self.sequence.wrapping_add(1);
             self.said = false;
         }
-        if now == self.mind.picture().time && own.is_finite() {
+        if now != self.mind.picture().time {
+            return self.mind.decide(self.id, own, &[]);
+        }
+        if own.is_finite() {
             self.say(now, own, scan);
         }
         for message in inbox {

@@ -47,12 +47,12 @@ impl Fleet {
     }
 
     /// Takes in everything that is said at an instant: the state and scan of each UAV that speaks, and the cues. Instants
-    /// come in order; an instant that has passed is not heard.
+    /// come in order; one that has passed, or is further ahead than [`Agent::GAP_MAX`](crate::Agent::GAP_MAX), is not heard,
+    /// and counted.
     pub fn hear<'a>(&mut self, now: Time, uavs: impl Iterator<Item = (UavId, &'a UavState, Scan<'a>)>, cues: &[Cue]) {
-        if !self.mind.is_past(now) {
+        if !self.mind.turn_to(now) {
             return;
         }
-        self.mind.open(now);
         self.sequence = self.sequence.wrapping_add(1);
         for (uav, state, scan) in uavs {
             // Who does not know where it is has nothing to say.
@@ -66,6 +66,11 @@ impl Fleet {
             self.mind.inbox.hear_cue(cue);
         }
         self.mind.follow();
+    }
+
+    /// Forgets all that is known and was heard, as [`Agent::reset`](crate::Agent::reset).
+    pub fn reset(&mut self) {
+        self.mind.reset();
     }
 
     /// What a UAV in that state is to do; its outbox is empty, for all have heard.

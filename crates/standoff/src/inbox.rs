@@ -1,14 +1,17 @@
 //! What an agent has heard: the latest report of every UAV and the cues of this instant, each counted once.
 //!
-//! A report counts for the instant at which its scan was made. One that repeats what was heard changes nothing; one
-//! from another instant is refused and counted.
+//! A report counts for the instant at which its scan was made; one from another instant is refused and counted. One that
+//! repeats what was heard changes nothing. Of several reports of one UAV, or cues of one target, at one instant one
+//! counts, whichever comes first. And no message counts beyond its instant: none can silence a UAV for longer.
+
+use core::cmp::Ordering;
 
 use crate::angle::Angle;
 use crate::message::{Cue, Detection, Message, Report};
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
-/// More UAVs than this are not listened to: a team is a few.
+/// More UAVs than this at a time are not listened to: a team is a few.
 const TEAM_MAX: usize = 256;
 
 /// A UAV not heard for longer than this counts as lost.
@@ -18,19 +21,11 @@ const TEAMMATE_TIMEOUT: Duration = Duration::from_us(3_000_000);
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Inbox {
     now: Time,
-    /// By ascending UAV.
-    slots: Vec<Slot>,
+    /// Every UAV's latest, by ascending UAV.
+    latest: Vec<Report>,
     /// By ascending target, no target twice.
     cues: Vec<Cue>,
     refused: u32,
-}
-
-/// One UAV's latest report.
-#[derive(Debug, Clone)]
-struct Slot {
-    report: Report,
-    /// Epoch and sequence of the last report of an earlier instant.
-    before: Option<(u32, u32)>,
 }
 
 /// A report as it is said, wherever it is kept.
@@ -56,14 +51,17 @@ pub(crate) struct Teammate {
 impl Inbox {
     /// Turns to a new instant: what was heard before counts no more.
     pub(crate) fn open(&mut self, now: Time) {
-        for slot in &mut self.slots {
-            slot.before = Some((slot.report.epoch, slot.report.sequence));
-        }
         self.cues.clear();
         self.now = now;
     }
 
-    /// Messages refused so far: from another instant, a replay, or nonsense.
+    /// Forgets what was heard; what was refused stays counted.
+    pub(crate) fn reset(&mut self) {
+        self.latest.clear();
+        self.cues.clear();
+    }
+
+    /// Messages refused so far: from another instant, a second report of one, or nonsense.
     pub(crate) fn refused(&self) -> u32 {
         self.refused
     }
@@ -86,34 +84,46 @@ impl Inbox {
             self.refuse();
             return;
         }
-        let index = match self.slots.binary_search_by_key(&said.uav, |slot| slot.report.uav) {
-            Ok(index) => index,
-            Err(_) if self.slots.len() >= TEAM_MAX => return self.refuse(),
-            Err(index) => {
-                self.slots.insert(index, Slot { report: said.unheard(), before: None });
-                index
+        match self.latest.binary_search_by_key(&said.uav, |report| report.uav) {
+            Ok(index) => {
+                let latest = &mut self.latest[index];
+                if latest.time == self.now {
+                    // Another scan of the same instant is not to be had: the one said first counts.
+                    match said.stamp.cmp(&(latest.epoch, latest.sequence)) {
+                        Ordering::Less => said.copy_to(latest),
+                        // The same again changes nothing.
+                        Ordering::Equal => return,
+                        Ordering::Greater => {}
+                    }
+                    return self.refuse();
+                }
+                said.copy_to(latest);
             }
-        };
-        let slot = &mut self.slots[index];
-        if slot.report.time == self.now {
-            // The same again changes nothing; another scan of the same instant is not to be had.
-            if said.stamp != (slot.report.epoch, slot.report.sequence) {
-                self.refuse();
+            Err(_) if self.is_full() => self.refuse(),
+            Err(_) => {
+                let index = self.latest.partition_point(|report| report.uav < said.uav);
+                self.latest.insert(index, said.report());
             }
-            return;
         }
-        if slot.before.is_some_and(|before| said.stamp <= before) {
-            return self.refuse();
+    }
+
+    /// There is no room for another UAV, not even after those that count as lost have made some.
+    fn is_full(&mut self) -> bool {
+        if self.latest.len() >= TEAM_MAX {
+            let now = self.now;
+            self.latest.retain(|report| is_of_late(report, now));
         }
-        said.copy_to(&mut slot.report);
+        self.latest.len() >= TEAM_MAX
     }
 
     pub(crate) fn hear_cue(&mut self, cue: &Cue) {
         if !cue.is_sound() || cue.time > self.now {
             return self.refuse();
         }
-        if let Err(index) = self.cues.binary_search_by_key(&cue.target, |cue| cue.target) {
-            self.cues.insert(index, *cue);
+        match self.cues.binary_search_by_key(&cue.target, |cue| cue.target) {
+            Ok(index) if counts_before(cue, &self.cues[index]) => self.cues[index] = *cue,
+            Ok(_) => {}
+            Err(index) => self.cues.insert(index, *cue),
         }
     }
 
@@ -123,7 +133,7 @@ impl Inbox {
 
     /// The reports of this instant, by ascending UAV.
     pub(crate) fn reports(&self) -> impl Iterator<Item = &Report> + Clone {
-        self.slots.iter().map(|slot| &slot.report).filter(|report| report.time == self.now)
+        self.latest.iter().filter(|report| report.time == self.now)
     }
 
     /// The cues of this instant, by ascending target.
@@ -133,9 +143,8 @@ impl Inbox {
 
     /// The team: everybody heard of late, by ascending UAV, and where they would be now.
     pub(crate) fn teammates(&self, now: Time) -> impl Iterator<Item = Teammate> {
-        let of_late = self.slots.iter().filter(move |slot| now - slot.report.time <= TEAMMATE_TIMEOUT);
-        of_late.map(move |slot| {
-            let Report { uav, time, mut state, boresight, .. } = slot.report;
+        self.latest.iter().filter(move |report| is_of_late(report, now)).map(move |report| {
+            let Report { uav, time, mut state, boresight, .. } = *report;
             if time < now {
                 state.position = state.position + state.velocity() * (now - time).s();
             }
@@ -144,11 +153,29 @@ impl Inbox {
     }
 }
 
+/// Its UAV does not count as lost.
+fn is_of_late(report: &Report, now: Time) -> bool {
+    now - report.time <= TEAMMATE_TIMEOUT
+}
+
+/// Of two cues of one target this one counts: the newest, of those the surest; then any order that all share.
+fn counts_before(cue: &Cue, other: &Cue) -> bool {
+    let numbers = |cue: &Cue| {
+        let Cue { position, velocity, position_sd_m, velocity_sd_m_s, .. } = *cue;
+        [position_sd_m, velocity_sd_m_s, position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()]
+    };
+    let mut pairs = numbers(cue).into_iter().zip(numbers(other));
+    let by_numbers = pairs.find_map(|(a, b)| Some(a.total_cmp(&b)).filter(|order| order.is_ne()));
+    other.time.cmp(&cue.time).then(by_numbers.unwrap_or(Ordering::Equal)).is_lt()
+}
+
 impl Said<'_> {
-    /// A report in whose place this one is the first: of an instant in the past.
-    fn unheard(&self) -> Report {
-        let Said { uav, stamp: (epoch, sequence), state, boresight, .. } = *self;
-        Report { uav, epoch, sequence, time: Time::from_us(i64::MIN), state, boresight, detections: Vec::new() }
+    /// As one to be kept.
+    fn report(&self) -> Report {
+        let Said { uav, stamp: (epoch, sequence), time, state, boresight, .. } = *self;
+        let mut report = Report { uav, epoch, sequence, time, state, boresight, detections: Vec::new() };
+        self.copy_to(&mut report);
+        report
     }
 
     /// Copies it into an old report's place: sound detections only, by ascending target, no target twice.
@@ -204,11 +231,47 @@ mod tests {
         inbox.hear_report(&report(1, 0, 9, 5));
         assert_eq!((heard(&inbox), inbox.refused()), (vec![(1, 9)], 0));
         inbox.open(Time::from_us(6));
-        inbox.hear_report(&report(1, 0, 9, 6));
+        inbox.hear_report(&report(1, 0, 9, 5));
         assert_eq!((heard(&inbox), inbox.refused()), (vec![], 1));
         // After a restart the count begins again.
         inbox.hear_report(&report(1, 1, 0, 6));
         assert_eq!(heard(&inbox), [(1, 0)]);
+    }
+
+    /// Whatever a report says of its epoch and its place in it, the UAV is heard again at the next instant.
+    #[test]
+    fn no_report_silences_its_uav() {
+        for wrong in [report(1, u32::MAX, u32::MAX, 5), report(1, 0, 0, 5)] {
+            let (mut inbox, mut reversed) = (Inbox::default(), Inbox::default());
+            inbox.open(Time::from_us(5));
+            inbox.hear_report(&wrong);
+            inbox.hear_report(&report(1, 0, 9, 5));
+            // The one said first counts, whichever is heard first, and the other is told of.
+            reversed.open(Time::from_us(5));
+            reversed.hear_report(&report(1, 0, 9, 5));
+            reversed.hear_report(&wrong);
+            assert_eq!(heard(&inbox), [(1, wrong.sequence.min(9))]);
+            assert_eq!((heard(&reversed), reversed.refused()), (heard(&inbox), 1));
+            assert_eq!(inbox.refused(), 1);
+            inbox.open(Time::from_us(6));
+            inbox.hear_report(&report(1, 0, 10, 6));
+            assert_eq!((heard(&inbox), inbox.refused()), (vec![(1, 10)], 1));
+        }
+    }
+
+    #[test]
+    fn uavs_that_count_as_lost_make_room() {
+        let mut inbox = Inbox::default();
+        inbox.open(Time::from_us(5));
+        for ghost in 0..TEAM_MAX as u32 + 1 {
+            inbox.hear_report(&report(1000 + ghost, 0, 1, 5));
+        }
+        assert_eq!((heard(&inbox).len(), inbox.refused()), (TEAM_MAX, 1));
+        for (us, is_heard) in [(3_000_005, false), (3_000_006, true)] {
+            inbox.open(Time::from_us(us));
+            inbox.hear_report(&report(1, 0, 9, us));
+            assert_eq!(heard(&inbox), if is_heard { vec![(1, 9)] } else { vec![] });
+        }
     }
 
     #[test]
@@ -239,22 +302,50 @@ mod tests {
         assert_eq!(kept, [(1, 5.0), (4, 10.0)]);
     }
 
-    #[test]
-    fn a_cue_counts_once_and_only_if_sound() {
-        let cue = Cue {
+    fn cue() -> Cue {
+        Cue {
             target: TargetId(1),
             time: Time::START,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
             velocity_sd_m_s: 3.0,
-        };
+        }
+    }
+
+    #[test]
+    fn a_cue_counts_once_and_only_if_sound() {
         let mut inbox = Inbox::default();
         inbox.open(Time::START);
-        inbox.hear(&Message::Cue(cue));
-        inbox.hear(&Message::Cue(Cue { position: Position::from_m(9.0, 9.0), ..cue }));
-        inbox.hear(&Message::Cue(Cue { target: TargetId(2), velocity_sd_m_s: -1.0, ..cue }));
-        assert_eq!(inbox.cues(), [cue]);
+        inbox.hear(&Message::Cue(cue()));
+        inbox.hear(&Message::Cue(Cue { position: Position::from_m(9.0, 9.0), ..cue() }));
+        inbox.hear(&Message::Cue(Cue { target: TargetId(2), velocity_sd_m_s: -1.0, ..cue() }));
+        assert_eq!(inbox.cues(), [cue()]);
         assert_eq!(inbox.refused(), 1);
+    }
+
+    /// The newest, of those the surest, and of those always the same.
+    #[test]
+    fn which_of_several_cues_counts_is_no_matter_of_order() {
+        let best_first = [
+            Cue { time: Time::from_us(7), position_sd_m: 90.0, ..cue() },
+            Cue { position_sd_m: 19.0, velocity_sd_m_s: 9.0, ..cue() },
+            Cue { velocity_sd_m_s: 2.0, ..cue() },
+            Cue { position: Position::from_m(-1.0, 5.0), ..cue() },
+            Cue { position: Position::from_m(0.0, -1.0), ..cue() },
+            Cue { velocity: Velocity::from_m_s(-0.0, 9.0), ..cue() },
+            Cue { velocity: Velocity::from_m_s(0.0, -9.0), ..cue() },
+            cue(),
+        ];
+        for (rank, better) in best_first.iter().enumerate() {
+            for worse in &best_first[rank + 1..] {
+                for heard in [[better, worse], [worse, better]] {
+                    let mut inbox = Inbox::default();
+                    inbox.open(Time::from_us(7));
+                    heard.into_iter().for_each(|cue| inbox.hear_cue(cue));
+                    assert_eq!(format!("{:?}", inbox.cues()), format!("{:?}", [better]));
+                }
+            }
+        }
     }
 }

@@ -28,7 +28,8 @@ pub struct Detection {
     pub measurement: RangeBearing,
 }
 
-/// One scan of a UAV's sensor, and the UAV's state at that instant.
+/// One scan of a UAV's sensor, and the UAV's state at that instant. Of several of one UAV and instant the one said first
+/// counts: that of the lowest epoch, and in it the lowest sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// Who speaks.
@@ -47,7 +48,8 @@ pub struct Report {
     pub detections: Vec<Detection>,
 }
 
-/// A target handed over by somebody who searches (the paper assumes that initial target information is given).
+/// A target handed over by somebody who searches (the paper assumes that initial target information is given). Of several
+/// of one target, heard at one instant, the newest counts, and of those the surest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cue {
     /// Which target.

@@ -1,6 +1,6 @@
 //! What an agent keeps between steps, whichever UAV it is; and how a UAV decides from it.
 
-use crate::agent::{Diagnostics, LookAt, Step};
+use crate::agent::{Agent, Diagnostics, LookAt, Step};
 use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::membership::OnDuty;
@@ -29,6 +29,7 @@ pub(crate) struct Mind {
     transition: Transition,
     scratch: Scratch,
     started: bool,
+    refused_instants: u32,
 }
 
 impl Mind {
@@ -45,6 +46,7 @@ impl Mind {
             transition: Transition::none(),
             scratch: Scratch::default(),
             started: false,
+            refused_instants: 0,
         })
     }
 
@@ -57,13 +59,33 @@ impl Mind {
         &self.scratch.events
     }
 
-    /// The picture is of an earlier instant than `now`.
-    pub(crate) fn is_past(&self, now: Time) -> bool {
-        !self.started || now > self.picture.time
+    /// `now` may follow the picture's instant: it is later, and by no more than [`Agent::GAP_MAX`].
+    pub(crate) fn may_follow(&self, now: Time) -> bool {
+        let gap = now - self.picture.time;
+        !self.started || gap > Duration::ZERO && gap <= Agent::GAP_MAX
     }
 
-    /// Turns to a new instant.
-    pub(crate) fn open(&mut self, now: Time) {
+    /// Turns to `now` if that is a new instant, and says so; an instant that is neither that nor the picture's own is
+    /// counted.
+    pub(crate) fn turn_to(&mut self, now: Time) -> bool {
+        let is_new = self.may_follow(now);
+        if is_new {
+            self.open(now);
+        } else if now != self.picture.time {
+            self.refused_instants = self.refused_instants.saturating_add(1);
+        }
+        is_new
+    }
+
+    /// Forgets all that is known and was heard; what was refused stays counted.
+    pub(crate) fn reset(&mut self) {
+        (self.previous, self.picture) = (Picture::default(), Picture::default());
+        (self.transition, self.scratch) = (Transition::none(), Scratch::default());
+        self.inbox.reset();
+        self.started = false;
+    }
+
+    fn open(&mut self, now: Time) {
         core::mem::swap(&mut self.previous, &mut self.picture);
         let dt = if self.started { now - self.previous.time } else { Duration::ZERO };
         self.started = true;
@@ -109,6 +131,7 @@ impl Mind {
                 }),
                 unassigned_targets: self.picture.unassigned,
                 refused_messages: self.inbox.refused(),
+                refused_instants: self.refused_instants,
                 own_state_invalid,
             },
         }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Team, scan_of};
+use common::{Team, said, scan_of};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -66,6 +66,164 @@ fn a_pair_settles_at_right_angles() {
     for state in &team.states {
         let error_m = state.position.distance_m(centre) - picture.groups[0].standoff.distance_m;
         assert!(error_m.abs() < 20.0, "{error_m}");
+    }
+}
+
+/// One wrong time, ahead or behind, is refused and told of, and leaves no trace; the furthest that is believed is.
+#[test]
+fn a_clock_that_jumps_for_one_step_changes_no_bit() {
+    let hour = Duration::from_us(3_600_000_000);
+    let mut team = Team::new(2, 4);
+    let mut wrong_now_and_then = team.agents[0].clone();
+    for tick in 0..40 {
+        let (now, scans, inbox) = team.speak(tick);
+        let own = team.states[0];
+        if tick > 0 {
+            let before = format!("{:?}", wrong_now_and_then.picture());
+            for wrong in
+                [now + hour, now + Duration::from_us(-500_001), Time::from_us(i64::MAX), Time::from_us(i64::MIN)]
+            {
+                let step = wrong_now_and_then.step(wrong, &own, scan_of(&scans[0]), &inbox);
+                assert!((25.0..=55.0).contains(&step.command.command.speed_m_s) && step.outbox.is_empty());
+            }
+            assert_eq!(format!("{:?}", wrong_now_and_then.picture()), before);
+        }
+        let got = wrong_now_and_then.step(now, &own, scan_of(&scans[0]), &inbox);
+        assert_eq!((i64::from(got.diagnostics.refused_instants), got.diagnostics.refused_messages), (4 * tick, 0));
+        team.decide(now, &scans, &inbox);
+        assert_eq!(format!("{:?}", wrong_now_and_then.picture()), format!("{:?}", team.agents[0].picture()));
+    }
+    let (last, own) = (team.agents[0].picture().time, team.states[0]);
+    for (agent, gap_us, refused) in [(0, 10_000_000, 0), (1, 10_000_001, 1)] {
+        let now = last + Duration::from_us(gap_us);
+        let agent = &mut team.agents[agent];
+        assert_eq!(agent.step(now, &own, Scan::default(), &[]).diagnostics.refused_instants, refused);
+        assert_eq!(agent.picture().time, if refused == 0 { now } else { last });
+    }
+}
+
+/// A clock that was set stays refused until the agent is reset; then it knows, to the bit, what a new one knows, its
+/// counts go on, and its teammates hear it.
+#[test]
+fn a_reset_agent_begins_anew_at_any_time() {
+    let mut team = Team::new(2, 4);
+    for tick in 0..20 {
+        team.tick(tick);
+    }
+    for first_tick in [10_000, -10_000] {
+        let own = team.states[0];
+        let (now, scans, _) = team.speak(first_tick);
+        for agent in &mut team.agents {
+            let before = agent.step(now, &own, Scan::default(), &[]).diagnostics.refused_instants;
+            assert_eq!(agent.step(now, &own, Scan::default(), &[]).diagnostics.refused_instants, before + 1);
+            agent.reset();
+            assert!(agent.picture().known.is_empty());
+        }
+        drop(scans);
+        let mut fresh = Team::new(2, 4);
+        fresh.states.clone_from(&team.states);
+        let cues: Vec<Message> =
+            fresh.speak(first_tick).2.into_iter().filter(|said| matches!(said, Message::Cue(_))).collect();
+        for tick in first_tick..first_tick + 40 {
+            let (now, scans, mut inbox) = team.speak(tick);
+            if tick == first_tick {
+                inbox.extend(cues.clone());
+            }
+            for (index, agent) in fresh.agents.iter_mut().enumerate() {
+                agent.step(now, &team.states[index], scan_of(&scans[index]), &inbox);
+            }
+            team.decide(now, &scans, &inbox);
+            for (agent, fresh) in team.agents.iter().zip(&fresh.agents) {
+                assert_eq!(format!("{:?}", agent.picture()), format!("{:?}", fresh.picture()));
+                assert_eq!((agent.picture().known.len(), agent.picture().crew.len()), (4, 2));
+            }
+        }
+    }
+    let own = team.states[0];
+    let refused = team.agents[0].step(Time::START, &own, Scan::default(), &[]).diagnostics;
+    assert_eq!((refused.refused_instants, refused.refused_messages), (5, 0));
+}
+
+/// The same of a fleet.
+#[test]
+fn a_fleet_refuses_what_its_agents_refuse_and_can_be_reset() {
+    let mut team = Team::new(2, 4);
+    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let hear = |fleet: &mut Fleet, team: &mut Team, at: Option<Time>| {
+        let (now, scans, inbox) = team.speak(0);
+        let cues: Vec<Cue> =
+            inbox.iter().filter_map(|said| if let Message::Cue(cue) = said { Some(*cue) } else { None }).collect();
+        fleet.hear(at.unwrap_or(now), said(&team.states, &scans), &cues);
+    };
+    hear(&mut fleet, &mut team, None);
+    let before = format!("{:?}", fleet.picture());
+    let later = Time::from_us(3_600_000_000);
+    hear(&mut fleet, &mut team, Some(later));
+    assert_eq!(format!("{:?}", fleet.picture()), before);
+    assert_eq!(fleet.decide(UavId(0), &team.states[0]).diagnostics.refused_instants, 1);
+    fleet.reset();
+    assert!(fleet.picture().known.is_empty());
+    hear(&mut fleet, &mut team, Some(later));
+    assert_eq!((fleet.picture().time, fleet.picture().crew.len()), (later, 0));
+}
+
+/// Two searchers hand the same targets over: whichever is heard first, and whether at once or within a second step of
+/// the instant, all agents know the same.
+#[test]
+fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
+    let own = Team::new(1, 0).states[0];
+    let of_searcher = |x_m: f64, position_sd_m: f64| {
+        (0..3).map(move |target| {
+            Message::Cue(Cue {
+                target: TargetId(target),
+                time: Time::START,
+                position: Position::from_m(x_m + f64::from(target), 0.0),
+                velocity: Velocity::from_m_s(5.0, 0.0),
+                position_sd_m,
+                velocity_sd_m_s: 2.0,
+            })
+        })
+    };
+    let first: Vec<Message> =
+        of_searcher(0.0, 20.0).chain(of_searcher(30.0, 10.0)).chain(of_searcher(-9.0, 10.0)).collect();
+    let mut reversed = first.clone();
+    reversed.reverse();
+    let picture = |inboxes: &[&[Message]]| {
+        let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+        for inbox in inboxes {
+            agent.step(Time::START, &own, Scan::default(), inbox);
+        }
+        format!("{:?}", agent.picture())
+    };
+    let expected = picture(&[&first]);
+    assert!(expected.contains("Cued"), "{expected}");
+    for other in
+        [picture(&[&reversed]), picture(&[&first[..4], &first[4..]]), picture(&[&reversed[..2], &reversed[2..]])]
+    {
+        assert_eq!(other, expected);
+    }
+}
+
+/// A message with an absurd epoch from, or in the name of, a teammate: it is heard again at the next instant.
+#[test]
+fn no_epoch_silences_a_teammate() {
+    let mut team = Team::new(2, 4);
+    let mut told_wrong = team.agents[0].clone();
+    for tick in 0..60 {
+        let (now, scans, inbox) = team.speak(tick);
+        let mut heard = inbox.clone();
+        if tick == 20 {
+            for message in &mut heard {
+                if let Message::Report(report) = message {
+                    (report.epoch, report.sequence) = (u32::MAX, u32::MAX);
+                }
+            }
+        }
+        let own = team.states[0];
+        let got = told_wrong.step(now, &own, scan_of(&scans[0]), &heard).diagnostics;
+        team.decide(now, &scans, &inbox);
+        assert_eq!(got.refused_messages, 0, "{tick}");
+        assert_eq!(format!("{:?}", told_wrong.picture()), format!("{:?}", team.agents[0].picture()), "{tick}");
     }
 }
 

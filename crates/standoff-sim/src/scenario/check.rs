@@ -1,6 +1,6 @@
 //! What is allowed in a scenario, and how what is not is reported: where it was typed, in the unit it was typed in.
 
-use standoff::{Allowed, Duration, ParamError, TeamParams};
+use standoff::{Agent, Allowed, Duration, ParamError, TeamParams};
 
 use super::error::{Problem, ScenarioError};
 use super::file::ScenarioFile;
@@ -26,7 +26,7 @@ const ABOUT_MAX: usize = 1_000;
 /// Checks how the mission is flown: the simulator's own ranges here, the rest in the library.
 pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &mut Problems) {
     let period_s = of(&file.period_s);
-    problems.check("period_s", period_s, Allowed::at_least(0.01).at_most(10.0));
+    problems.check("period_s", period_s, Allowed::at_least(0.01).at_most(Agent::GAP_MAX.s()));
     let longest_s = period_s.max(0.01) * TICKS_MAX;
     let duration = Allowed::at_least(period_s).at_most(longest_s).because("one period_s to ten million of them");
     problems.check("duration_s", of(&file.duration_s), duration);
