@@ -450,8 +450,9 @@ fn latin_hypercube(draws: Draws) -> Vec<Point> {
 const CHOICES: [(&str, &[&str]); 8] = [
     ("feedforward as printed", &["guidance.feedforward=printed"]),
     ("feedforward along what is flown", &["guidance.feedforward=flown"]),
-    ("Euler steps", &["uavs.integrator=euler"]),
-    ("Euler steps, feedforward as printed", &["uavs.integrator=euler", "guidance.feedforward=printed"]),
+    ("Lags of 0.5 s", &["uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]),
+    // With shorter ones an Euler step overshoots.
+    ("Euler steps, lags of 0.5 s", &["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]),
     ("margin in metres", &["orbit.margin=standard-deviations"]),
     ("cues of 20 m, 2 m/s", &["cue.position_sd_m=20", "cue.velocity_sd_m_s=2"]),
     ("60 s", &["duration_s=60"]),

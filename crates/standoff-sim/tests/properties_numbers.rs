@@ -245,6 +245,9 @@ fn wrong(scenario: &Scenario, frame: &Frame) -> Option<String> {
         {
             return Some(format!("outside the limits: {row:?}"));
         }
+        if row.speed_m_s < -1e-9 {
+            return Some(format!("backwards: {row:?}"));
+        }
     }
     let is_group = |id: &u32| groups.iter().any(|group| group.group == *id);
     let named = uavs.iter().map(|uav| uav.group).chain(tracks.iter().flat_map(|track| [track.group, track.to_group]));

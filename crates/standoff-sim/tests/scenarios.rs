@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Targets, Template, built_in};
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Settings, Targets, Template, built_in};
 
 /// Loads a scenario of this text.
 fn load(text: &str) -> Result<Scenario, String> {
@@ -301,21 +301,33 @@ fn the_command_line_changes_values_and_is_blamed_for_them() {
 }
 
 #[test]
-fn euler_at_table_1_is_warned_of() {
-    let scenario = Scenario::load("paper/table-2-pair", &set(&["uavs.integrator=euler"]), 1).unwrap();
+fn an_euler_step_with_the_gain_of_table_1_is_warned_of() {
+    let edits = set(&["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]);
+    let scenario = Scenario::load("paper/table-2-pair", &edits, 1).unwrap();
     assert_eq!(scenario.warnings.len(), 1);
     assert!(scenario.warnings[0].contains("modulus 1.000"), "{}", scenario.warnings[0]);
 }
 
 #[test]
-fn an_euler_step_that_would_diverge_is_refused_where_the_lag_is_typed() {
-    let text = "[[targets.at]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\nspeed_lag_s = 0.1\n";
-    let error = Template::of_text("mine.toml", text, None).and_then(|template| template.draw(1)).unwrap_err();
-    let expected =
-        "mine.toml:5:1: uavs.speed_lag_s = 0.1: must be at least 0.25 (an Euler step needs half the period or more)";
-    assert_eq!(error.to_string(), expected);
-    let exact = text.replace("euler", "exact");
-    assert!(Template::of_text("mine.toml", &exact, None).and_then(|template| template.draw(1)).is_ok());
+fn an_euler_step_that_overshoots_is_refused_where_the_lag_is_typed_or_else_the_integrator() {
+    let drawn = |text: &str| Template::of_text("mine.toml", text, None).and_then(|template| template.draw(1));
+    let told = |place: &str, lag: &str, value: &str| {
+        format!(
+            "mine.toml:{place}: uavs.{lag} = {value}: must be at least 0.5 (the period: with a shorter lag an Euler step \
+             overshoots, an exact one does not)"
+        )
+    };
+    let text = "[[targets.at]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\nspeed_lag_s = 0.4\nturn_rate_lag_s = 0.5\n";
+    assert_eq!(drawn(text).unwrap_err().to_string(), told("5:1", "speed_lag_s", "0.4"));
+    assert!(drawn(&text.replace("euler", "exact")).is_ok());
+    assert!(drawn(&text.replace("0.4", "0.5")).is_ok());
+    let by_default = drawn("[[targets.at]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\n").unwrap_err().to_string();
+    for lag in ["speed_lag_s", "turn_rate_lag_s"] {
+        assert!(by_default.contains(&told("4:1", lag, "0.3333333333333333")), "{by_default}");
+    }
+    // A record that was flown so, when that was allowed, can still be read.
+    let flown = drawn(&text.replace("euler", "exact")).unwrap().resolved().unwrap().replace("\"exact\"", "\"euler\"");
+    assert_eq!(Settings::of_record("record", &flown).unwrap().team.uav.speed_lag_s, 0.4);
 }
 
 #[test]

@@ -141,12 +141,14 @@ impl UavParams {
         errors
     }
 
-    /// Every parameter that is out of range where commands are held for `dt`: with a lag shorter than half of that, an
-    /// Euler step (4) overshoots the command by more than it began with, and states grow without bound.
+    /// Every parameter that is out of range where commands are held for `dt`: with a lag shorter than that, an Euler step
+    /// (4) overshoots the command, past the limits, be it into flying backwards; with one shorter than half, by more than
+    /// it began with, and states grow without bound. Table I's lags are too short for its period.
     pub fn errors_over(&self, dt: Duration) -> Vec<ParamError> {
         let mut errors = Vec::new();
         if self.integrator == Integrator::Euler {
-            let lag = Allowed::at_least(0.5 * dt.s()).because("an Euler step needs half the period or more");
+            let lag = Allowed::at_least(dt.s())
+                .because("the period: with a shorter lag an Euler step overshoots, an exact one does not");
             lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
             lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
         }
@@ -382,6 +384,32 @@ mod tests {
         assert!((got.heading - Angle::from_rad(100.0 * PI / 180.0 - 0.05)).abs_rad() < 1e-12);
         assert!((got.speed_m_s - (38.0 + 0.5 * 3.0 * 6.0)).abs() < 1e-9);
         assert!((got.turn_rate_rad_s - (-0.1 + 0.5 * 3.0 * 0.3)).abs() < 1e-9);
+    }
+
+    /// Checks Eq. (4) where it is allowed: whatever is commanded inside the limits, speed and turn rate stay inside.
+    #[test]
+    fn an_euler_step_that_is_allowed_does_not_overshoot() {
+        let period = Duration::from_s(0.5);
+        let with_lags =
+            |speed_lag_s, turn_rate_lag_s| UavParams { speed_lag_s, turn_rate_lag_s, ..table_1(Integrator::Euler) };
+        let names = |params: UavParams| params.errors_over(period).iter().map(|error| error.name).collect::<Vec<_>>();
+        // Table I's lags fly at 10 m/s after one step down from 55 m/s, where 25 m/s is the least that is commanded.
+        assert_eq!(names(table_1(Integrator::Euler)), ["speed_lag_s", "turn_rate_lag_s"]);
+        assert!(names(table_1(Integrator::Exact)).is_empty());
+        assert_eq!(names(with_lags(0.5f64.next_down(), 0.5)), ["speed_lag_s"]);
+        assert_eq!(names(with_lags(0.5, 0.5f64.next_down())), ["turn_rate_lag_s"]);
+        for lag_s in [0.5, 0.7, 60.0] {
+            let params = with_lags(lag_s, lag_s);
+            assert!(names(params).is_empty(), "{lag_s}");
+            let response = params.response(period);
+            let mut state = UavState { speed_m_s: 55.0, turn_rate_rad_s: 0.3, ..start() };
+            for step in 0..40 {
+                let sign = if step % 4 < 2 { -1.0 } else { 1.0 };
+                state = response.step(&state, Command { speed_m_s: 40.0 + 15.0 * sign, turn_rate_rad_s: 0.3 * sign });
+                assert!((25.0 - 1e-9..=55.0 + 1e-9).contains(&state.speed_m_s), "{lag_s}: {state:?}");
+                assert!(state.turn_rate_rad_s.abs() <= 0.3 + 1e-12, "{lag_s}: {state:?}");
+            }
+        }
     }
 
     /// Checks the erratum of Eq. (4): at Table I's values the Euler loop has no stability left, the exact one has.

@@ -1,7 +1,8 @@
 //! What is allowed in a scenario, and how what is not is reported: where it was typed, in the unit it was typed in.
 
-use standoff::{Agent, Allowed, Duration, ParamError, TeamParams};
+use standoff::{Agent, Allowed, ParamError, TeamParams};
 
+use super::Settings;
 use super::error::{Problem, ScenarioError};
 use super::file::ScenarioFile;
 use super::form::{MISTAKES_MAX, value_at, with_value};
@@ -39,9 +40,15 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &
         .because("a less certain track is lost: below filter.lost_position_sd_m");
     problems.check("cue.position_sd_m", value(&cue.position_sd_m), findable);
     problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::at_least(1e-3).at_most(1e3));
-    let over_a_period = team.uav.errors_over(Duration::from_s(period_s));
-    for error in team.errors().iter().chain(&over_a_period) {
-        problems.add_param(error);
+    for error in team.errors() {
+        problems.add_param(&error);
+    }
+}
+
+/// Checks what the UAVs are carried on with over a period. A record stays readable whatever it was flown with.
+pub(super) fn check_step(settings: &Settings, problems: &mut Problems) {
+    for error in settings.team.uav.errors_over(settings.period) {
+        problems.add_param(&error);
     }
 }
 
@@ -123,6 +130,8 @@ const PARTNERS: &[(&str, &str)] = &[
     ("orbit.radius_max_m", "orbit.radius_min_m"),
     ("groups.dwell_max_s", "groups.dwell_min_s"),
     ("uavs.speed_change_max_m_s", "uavs.speed_m_s"),
+    ("uavs.speed_lag_s", "uavs.integrator"),
+    ("uavs.turn_rate_lag_s", "uavs.integrator"),
     ("sensor.sensing_range_m", "orbit.radius_min_m"),
     ("cue.position_sd_m", "filter.lost_position_sd_m"),
     ("filter.range_sd_m", "sensor.range_sd_m"),

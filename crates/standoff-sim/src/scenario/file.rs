@@ -371,7 +371,7 @@ words! {
     Integrator {
         /// Exactly.
         Exact,
-        /// By one Euler step, as printed.
+        /// By one Euler step, as printed; both lags must be at least `period_s`.
         Euler,
     }
 }

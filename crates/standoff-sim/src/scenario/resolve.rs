@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use standoff::{Duration, Integrator, Position, TargetId, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
-use super::check::{Problems, check_about, check_settings, check_who};
+use super::check::{Problems, check_about, check_settings, check_step, check_who};
 use super::error::ScenarioError;
 use super::file::{self, ScenarioFile, TargetAt};
 use super::load::{SPELT_OUT, Typed, check_size};
@@ -66,6 +66,7 @@ pub(super) fn checked(
     check_about(&file, &mut problems);
     check_who(&mut file, &mut problems);
     check_settings(&file, &settings.team, &mut problems);
+    check_step(&settings, &mut problems);
     problems.report(typed, &file, seed)?;
     Ok((file, settings))
 }
