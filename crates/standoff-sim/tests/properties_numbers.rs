@@ -305,10 +305,11 @@ fn fly(text: &str, seed: u64) -> Result<usize, String> {
         frames += 1;
     }
     let metrics = scorer.metrics();
-    match metrics.values().iter().flatten().all(|value| value.is_finite()) {
-        true => Ok(frames),
-        false => Err(format!("{metrics:?}")),
-    }
+    let is_square = |value: Option<f64>| value.is_none_or(|value| value >= 0.0);
+    let are_sound = metrics.values().iter().flatten().all(|value| value.is_finite())
+        && is_square(metrics.nis)
+        && is_square(metrics.anees);
+    if are_sound { Ok(frames) } else { Err(format!("{metrics:?}")) }
 }
 
 /// 400, or more if `PROPTEST_CASES` says so.
@@ -342,6 +343,17 @@ fn the_extremes_are_the_extremes() {
             };
             assert!(refusal(key, beyond).is_some_and(|told| told.contains("must be")), "{key} = {beyond}");
         }
+    }
+}
+
+/// A sensor that is off by 100 km, and a filter that believes it to a millimetre: what is left of squares as large as
+/// that is a square, too.
+#[test]
+fn absurd_noise_makes_no_square_negative() {
+    let text = "duration_s = 20\nuavs.count = 2\nsensor.range_sd_m = 1e5\nfilter.range_sd_m = 1e-3\n\
+                filter.acceleration_sd_m_s2 = 100.0\n[targets.scatter]\ncount = 4\n";
+    for seed in 1..=5 {
+        assert_eq!(fly(text, seed), Ok(41), "seed {seed}");
     }
 }
 

@@ -1,18 +1,20 @@
 //! The normalised innovation squared: what was measured against what the tracks foretold. It needs no truth.
 //!
 //! All measurements of a target at one instant are foretold from one estimate, so their innovations are correlated; they
-//! are stacked: nu' S^-1 nu with S = H P H' + R, H and R those of all UAVs one below the other. With b = H' R^-1 nu,
-//! I = H' R^-1 H and A the position block of the predicted P that is
+//! are stacked: nu' S^-1 nu with S = H P H' + R, H and R those of all UAVs one below the other. That is what is left when
+//! the target is moved to where prediction and measurements agree best: with L L' the position block of the predicted P,
 //!
 //! ```text
-//! nu' S^-1 nu = nu' R^-1 nu - b' (1 + A I)^-1 A b
+//! nu' S^-1 nu = min over u of  u' u + (nu - H L u)' R^-1 (nu - H L u)
 //! ```
 //!
-//! by the matrix inversion lemma: sums over the UAVs, and a 2x2 matrix however many they are.
+//! Least squares in two unknowns, solved by rotations: a number measured turns into what the two rows kept take in, and a
+//! rest, which no u makes smaller. The sum is one of squares of rests, so it is never negative, however far off, and to
+//! however many digits, the sensors are.
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Vector3};
 use standoff::{Angle, Covariance, Duration, Position, RangeBearing, SensorParams, TargetState, Transition, sensor};
 
 use super::{Rules, at};
@@ -54,29 +56,28 @@ impl Innovations {
                 .compare(&self.sensor, at(uav), &z);
         }
         for target in foretold.values() {
-            self.sum += target.normalised_square();
+            self.sum += target.square;
             self.numbers += target.numbers;
         }
         self.before.clone_from(&frame.tracks);
     }
 
-    /// The mean per number measured.
+    /// The mean per number measured; `None` where nothing was measured, or numbers do not hold the sum.
     pub(super) fn value(&self) -> Option<f64> {
-        (self.numbers > 0).then(|| self.sum / self.numbers as f64)
+        (self.numbers > 0 && self.sum.is_finite()).then(|| self.sum / self.numbers as f64)
     }
 }
 
 /// Where a target was foretold, and what the measurements of this instant say of that.
 struct Foretold {
     position: Position,
-    /// A, m2.
-    covariance: Matrix2<f64>,
-    /// nu' R^-1 nu.
+    /// L, m.
+    root: Matrix2<f64>,
+    /// An upper triangle times u, and what it should come to: at first u itself, and zero.
+    kept: [Vector3<f64>; 2],
+    /// nu' S^-1 nu.
     square: f64,
-    /// b, 1/m.
-    vector: Vector2<f64>,
-    /// I, 1/m2.
-    information: Matrix2<f64>,
+    /// How many numbers were measured.
     numbers: u64,
 }
 
@@ -84,40 +85,51 @@ impl Foretold {
     fn of(track: &TrackRow, transition: &Transition) -> Self {
         let mut p = Covariance::from_upper_triangle(&track.covariance);
         transition.predict_covariance(&mut p);
-        Self {
-            position: transition.predict(&TargetState(track.state.into())).position(),
-            covariance: p.position(),
-            square: 0.0,
-            vector: Vector2::zeros(),
-            information: Matrix2::zeros(),
-            numbers: 0,
-        }
+        Self::at(transition.predict(&TargetState(track.state.into())).position(), &p.position())
+    }
+
+    fn at(position: Position, covariance: &Matrix2<f64>) -> Self {
+        let kept = [Vector3::x(), Vector3::y()];
+        Self { position, root: lower_root(covariance), kept, square: 0.0, numbers: 0 }
     }
 
     /// The filter takes nothing from a measurement where the Jacobian does not exist, so neither does this.
     fn compare(&mut self, sensor: &SensorParams, uav: Position, z: &RangeBearing) {
         let Some(h) = sensor::jacobian(uav, self.position) else { return };
         let expected = sensor::measure(uav, self.position);
-        let nu = Vector2::new(z.range_m - expected.range_m, (z.bearing - expected.bearing).rad());
-        let weighted = sensor.noise_information() * nu;
-        self.square += nu.dot(&weighted);
-        self.vector += h.transpose() * weighted;
-        self.information += h.transpose() * sensor.noise_information() * h;
-        self.numbers += 2;
+        let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
+        let by_u = h * self.root;
+        for (row, (nu, sd)) in nu.into_iter().zip([sensor.range_sd_m, sensor.bearing_sd_rad]).enumerate() {
+            self.take(Vector3::new(by_u[(row, 0)], by_u[(row, 1)], nu) / sd);
+        }
     }
 
-    /// nu' S^-1 nu.
-    fn normalised_square(&self) -> f64 {
-        let damping = (Matrix2::identity() + self.covariance * self.information).try_inverse();
-        let foreseen = damping.map_or(0.0, |damping| self.vector.dot(&(damping * self.covariance * self.vector)));
-        self.square - foreseen
+    /// Takes in one number: what u does to it, and what it is, in standard deviations.
+    fn take(&mut self, mut row: Vector3<f64>) {
+        for (column, kept) in self.kept.iter_mut().enumerate() {
+            // At least 1, as at first.
+            let length = (kept[column] * kept[column] + row[column] * row[column]).sqrt();
+            let (cos, sin) = (kept[column] / length, row[column] / length);
+            (*kept, row) = (*kept * cos + row * sin, row * cos - *kept * sin);
+        }
+        self.square += row.z * row.z;
+        self.numbers += 1;
     }
+}
+
+/// The lower triangle L with L L' = `covariance`; where rounding has left a variance below zero, as if it were zero.
+fn lower_root(covariance: &Matrix2<f64>) -> Matrix2<f64> {
+    let x = covariance[(0, 0)].max(0.0).sqrt();
+    let y_with_x = if x > 0.0 { covariance[(0, 1)] / x } else { 0.0 };
+    Matrix2::new(x, 0.0, y_with_x, (covariance[(1, 1)] - y_with_x * y_with_x).max(0.0).sqrt())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Template;
     use nalgebra::{Matrix6, Matrix6x2, Vector6};
+    use standoff::Displacement;
 
     fn sensor() -> SensorParams {
         SensorParams {
@@ -129,14 +141,7 @@ mod tests {
     }
 
     fn foretold() -> Foretold {
-        Foretold {
-            position: Position::from_m(400.0, 0.0),
-            covariance: Matrix2::new(300.0, 0.0, 0.0, 44.0),
-            square: 0.0,
-            vector: Vector2::zeros(),
-            information: Matrix2::zeros(),
-            numbers: 0,
-        }
+        Foretold::at(Position::from_m(400.0, 0.0), &Matrix2::new(300.0, 0.0, 0.0, 44.0))
     }
 
     /// 20 m too far at S = 300 m2 + (10 m)2 is one standard deviation; so is a bearing off by the root of 44 m2 over
@@ -147,15 +152,15 @@ mod tests {
         let sd_rad = (44.0 / 160_000.0 + sensor().bearing_sd_rad * sensor().bearing_sd_rad).sqrt();
         let z = RangeBearing { range_m: 420.0, bearing: Angle::from_rad(-sd_rad) };
         target.compare(&sensor(), Position::ORIGIN, &z);
-        assert!((target.normalised_square() - 2.0).abs() < 1e-12);
+        assert!((target.square - 2.0).abs() < 1e-12);
         assert_eq!(target.numbers, 2);
     }
 
     /// Three UAVs, one of them across the seam of the angles: the same as stacking all innovations and inverting S.
     #[test]
     fn it_equals_the_stacked_innovations() {
-        let mut target = foretold();
-        target.covariance = Matrix2::new(300.0, -70.0, -70.0, 44.0);
+        let covariance = Matrix2::new(300.0, -70.0, -70.0, 44.0);
+        let mut target = Foretold::at(Position::from_m(400.0, 0.0), &covariance);
         let looks = [
             (Position::ORIGIN, RangeBearing { range_m: 420.0, bearing: Angle::from_deg(2.0) }),
             (Position::from_m(100.0, -300.0), RangeBearing { range_m: 430.0, bearing: Angle::from_deg(41.0) }),
@@ -171,10 +176,53 @@ mod tests {
             r[(2 * i, 2 * i)] = 100.0;
             r[(2 * i + 1, 2 * i + 1)] = sensor().bearing_sd_rad * sensor().bearing_sd_rad;
         }
-        let s = h * target.covariance * h.transpose() + r;
+        let s = h * covariance * h.transpose() + r;
         let expected = nu.dot(&s.cholesky().unwrap().solve(&nu));
-        assert!((target.normalised_square() / expected - 1.0).abs() < 1e-12);
+        assert!((target.square / expected - 1.0).abs() < 1e-12);
         assert!(nu.amax() < 30.0 && nu[5].abs() < 0.1, "the bearing's innovation wraps");
         assert_eq!(target.numbers, 6);
+    }
+
+    /// 500 m too far, by a sensor that is held to be good to a millimetre, of a track that is good to 100 km: of the
+    /// 2.5e11 that the millimetre makes of it all but (500 m / 100 km)^2 = 2.5e-5 is foreseen. From two UAVs that agree,
+    /// the same; and from however many, whatever they say, never less than nothing.
+    #[test]
+    fn what_next_to_nothing_is_left_of_is_not_negative() {
+        let sensor = SensorParams { range_sd_m: 1e-3, bearing_sd_rad: 1e-6, ..sensor() };
+        let track = |uav: Position| {
+            let wide = Matrix2::new(1e10, 0.0, 0.0, 1e10);
+            Foretold::at(uav + Displacement::from_polar(400.0, Angle::from_rad(0.7)), &wide)
+        };
+        let uav = Position::from_m(1000.0, -300.0);
+        let mut target = track(uav);
+        target.compare(&sensor, uav, &RangeBearing { range_m: 900.0, bearing: Angle::from_rad(0.7) });
+        assert!((target.square / 2.5e-5 - 1.0).abs() < 1e-6, "{}", target.square);
+        for n in 1..200 {
+            let mut target = track(uav);
+            for other in 0..3 {
+                let from = uav + Displacement::from_m(f64::from(n * other), f64::from(7 * other));
+                let range_m = 900.0 + f64::from(n);
+                target.compare(&sensor, from, &RangeBearing { range_m, bearing: Angle::from_rad(0.7) });
+            }
+            assert!(target.square >= 0.0 && target.square.is_finite(), "{n}: {}", target.square);
+        }
+    }
+
+    /// A number too large for the sum is told as none.
+    #[test]
+    fn what_numbers_do_not_hold_has_no_mean() {
+        let rules = Rules::of(&Template::of_text("drawn", "[[targets.at]]\n", None).unwrap().draw(1).unwrap().settings);
+        let mut innovations = Innovations::new(&rules);
+        assert_eq!(innovations.value(), None);
+        (innovations.sum, innovations.numbers) = (7.0, 2);
+        assert_eq!(innovations.value(), Some(3.5));
+        innovations.sum = f64::INFINITY;
+        assert_eq!(innovations.value(), None);
+    }
+
+    #[test]
+    fn a_variance_below_zero_is_rounding() {
+        assert_eq!(lower_root(&Matrix2::new(4.0, 2.0, 2.0, 1.0 - 1e-17)), Matrix2::new(2.0, 0.0, 1.0, 0.0));
+        assert_eq!(lower_root(&Matrix2::new(0.0, 0.0, 0.0, -1e-20)), Matrix2::zeros());
     }
 }
