@@ -60,8 +60,8 @@ fn drawn(problem: &Problem) -> String {
         .line_start(problem.place.map_or(1, |place| place.line))
         .path(text::escaped(&problem.file))
         .annotation(AnnotationKind::Primary.span(span));
-    let told = Level::ERROR.primary_title(problem.message.as_str()).element(typed);
-    let help = problem.help.as_deref().map(|help| Level::HELP.message(help));
+    let told = Level::ERROR.primary_title(text::lines(&problem.message)).element(typed);
+    let help = problem.help.as_deref().map(|help| Level::HELP.message(text::lines(help)));
     renderer.render(&[told.elements(help)])
 }
 

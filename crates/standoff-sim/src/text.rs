@@ -46,6 +46,23 @@ pub fn lines(text: &str) -> String {
     text.split('\n').map(|line| without_middle(escaped(line))).collect::<Vec<_>>().join("\n")
 }
 
+/// Typed text as it stands in its file, but with a sign in the place of every character that upsets a terminal: one for
+/// one, so that columns stay what they are.
+#[must_use]
+pub(crate) fn typed(text: &str) -> String {
+    text.replace("\r\n", "\n").chars().map(sign).collect()
+}
+
+fn sign(c: char) -> char {
+    match c {
+        '\n' | '\t' | '"' | '\'' | '\\' => c,
+        // Pictures of control characters stand in the same order.
+        '\0'..='\u{1f}' => char::from_u32(0x2400 + u32::from(c)).unwrap_or(char::REPLACEMENT_CHARACTER),
+        c if c.escape_debug().len() > 1 => char::REPLACEMENT_CHARACTER,
+        c => c,
+    }
+}
+
 fn without_middle(line: String) -> String {
     let half = LINE / 2;
     if line.chars().count() <= LINE {
@@ -53,6 +70,26 @@ fn without_middle(line: String) -> String {
     }
     let end = line.char_indices().nth_back(half - 1).map_or("", |(end, _)| &line[end..]);
     format!("{} ... {end}", cut(&line, half).0)
+}
+
+/// The help of a message about a word that is nearly one of ours.
+pub(crate) fn did_you_mean(word: &str) -> String {
+    format!("did you mean `{word}`?")
+}
+
+/// The word that is nearest to what was typed: without its unit, or with a letter or some wrong.
+pub(crate) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
+    // Long enough for every key; the measure takes the product of both lengths.
+    if typed.len() > 60 {
+        return None;
+    }
+    let typed = typed.to_lowercase().replace('-', "_");
+    let distance = |word: &str| {
+        let without_unit = word.strip_prefix(typed.as_str()).is_some_and(|rest| rest.starts_with('_'));
+        if without_unit { 0 } else { strsim::damerau_levenshtein(&typed, &word.replace('-', "_")) }
+    };
+    let near = words.iter().map(|word| (distance(word), *word)).min_by_key(|(distance, _)| *distance);
+    near.filter(|(distance, word)| *distance * 3 <= word.len()).map(|(_, word)| word)
 }
 
 /// A path as messages name it.
@@ -83,6 +120,7 @@ mod tests {
         assert_eq!(lines("a\n\u{1b}b\n"), "a\n\\u{1b}b\n");
         assert_eq!(lines(&"🚗".repeat(1500)), "🚗".repeat(1500));
         assert_eq!(lines(&format!("a{}z", "é".repeat(9000))), format!("a{0} ... {0}z", "é".repeat(749)));
+        assert_eq!(typed("\ta = \"\u{9b}2J\u{2028}\"\r\n\\b\u{feff}\r\u{7f}"), "\ta = \"�2J�\"\n\\b�␍�");
         assert_eq!(path(Path::new("o\u{1b}]0;title\u{7}/it's")), "o\\u{1b}]0;title\\u{7}/it's");
     }
 }

@@ -39,7 +39,7 @@ const NUMBERS: [&str; 24] = [
 ];
 
 /// Text that parsers, terminals, pages and file systems stumble over.
-const TEXTS: [&str; 22] = [
+const TEXTS: [&str; 23] = [
     "\0",
     "\u{feff}",
     "\r",
@@ -49,6 +49,7 @@ const TEXTS: [&str; 22] = [
     "\u{1b}]0;x\u{7}",
     "\u{202e}",
     "\u{9b}",
+    "\u{2028}",
     "../x",
     "/dev/zero",
     "<img src=x onerror=alert(1)>",

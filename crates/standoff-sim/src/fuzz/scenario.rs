@@ -1,7 +1,7 @@
 //! Scenarios, as TOML.
 
-use super::{check_message, corpus, run};
-use crate::scenario::{BUILT_IN, Settings, Template};
+use super::{check_message, corpus, run, upsets};
+use crate::scenario::{BUILT_IN, Excerpt, Problem, Settings, Template};
 
 const TOML: [&str; 34] = [
     "[",
@@ -40,10 +40,19 @@ const TOML: [&str; 34] = [
     "[[[[[[[[[[",
 ];
 
+/// It is told in a message fit for people, and drawn under a text fit for a terminal.
+fn check(problem: &Problem) {
+    check_message(&problem.to_string());
+    if let Some((lines, span)) = problem.excerpt.as_ref().map(Excerpt::lines) {
+        assert!(lines.get(span).is_some());
+        assert!(!lines.contains(|c| upsets(c) && !['\n', '\t'].contains(&c)), "{lines:?}");
+    }
+}
+
 /// Whether it was accepted.
 fn try_one(text: &str) -> bool {
     if let Err(error) = Settings::of_record("file", text) {
-        error.problems.iter().for_each(|problem| check_message(&problem.to_string()));
+        error.problems.iter().for_each(check);
     }
     let drawn = Template::of_text("file", text, None).and_then(|template| template.draw(1));
     match drawn {
@@ -56,7 +65,7 @@ fn try_one(text: &str) -> bool {
         }
         Err(error) => {
             assert!(!error.problems.is_empty());
-            error.problems.iter().for_each(|problem| check_message(&problem.to_string()));
+            error.problems.iter().for_each(check);
             false
         }
     }

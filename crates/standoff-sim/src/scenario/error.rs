@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::locate::{Place, line_around};
-use crate::text::escaped;
+use crate::text::{escaped, typed};
 use crate::traffic::TrafficError;
 
 /// A scenario that cannot be used; displays one line per problem.
@@ -40,12 +40,16 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// The lines on which it is, and the part in them, in bytes.
-    pub fn lines(&self) -> (&str, Range<usize>) {
+    /// The lines on which it is, as people may be shown them, and the part in them, in bytes.
+    pub fn lines(&self) -> (String, Range<usize>) {
         let Range { start, end } = self.span;
         let from = *line_around(&self.text, start).start();
         let to = *line_around(&self.text, end).end();
-        (&self.text[from..to], start - from..end - from)
+        // A CR before the line's end belongs to that.
+        let to = if to > end && self.text[..to].ends_with('\r') { to - 1 } else { to };
+        let [before, part, after] = [from..start, start..end, end..to].map(|range| typed(&self.text[range]));
+        let span = before.len()..before.len() + part.len();
+        (before + &part + &after, span)
     }
 }
 
@@ -88,5 +92,26 @@ impl fmt::Display for Problem {
         }
         write!(f, ": {}", self.message)?;
         self.help.as_ref().map_or(Ok(()), |help| write!(f, "; {help}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excerpt_holds_nothing_that_a_terminal_obeys() {
+        let text = "a = 1\r\n\"\u{9b}2J\" =\t\u{2028}\u{2029}\u{202e}x # \u{2066}\u{feff}\u{85}\u{1b}\\é\r\nb = 2\r\n";
+        let start = text.find("\u{2029}").unwrap();
+        let excerpt = Excerpt { text: text.into(), span: start..text.find('x').unwrap() };
+        let (lines, span) = excerpt.lines();
+        assert_eq!((lines.as_str(), &lines[span]), ("\"�2J\" =\t���x # ���␛\\é", "��"));
+    }
+
+    #[test]
+    fn an_excerpt_may_have_several_lines() {
+        let text = "x = [\n\t1,\r\n]\n";
+        let (lines, span) = Excerpt { text: text.into(), span: 4..text.len() - 1 }.lines();
+        assert_eq!((lines.as_str(), &lines[span]), ("x = [\n\t1,\n]", "[\n\t1,\n]"));
     }
 }

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use super::file::ScenarioFile;
 use super::schema::KEYS;
-use crate::text::{quoted, words};
+use crate::text::{did_you_mean, nearest, quoted, words};
 
 /// After so many, reading stops: what goes wrong so often is not a scenario with mistakes.
 pub const MISTAKES_MAX: usize = 20;
@@ -115,25 +115,6 @@ fn meant(table: &str, typed: &str, keys: &[&str]) -> String {
         Some(elsewhere) => format!("`{typed}` stands {}", place(elsewhere)),
         None => format!("{} there are {}", place(table), keys.join(", ")),
     }
-}
-
-pub(super) fn did_you_mean(word: &str) -> String {
-    format!("did you mean `{word}`?")
-}
-
-/// The word that is nearest to what was typed: without its unit, or with a letter or some wrong.
-pub(super) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
-    // Long enough for every key; the measure takes the product of both lengths.
-    if typed.len() > 60 {
-        return None;
-    }
-    let typed = typed.to_lowercase().replace('-', "_");
-    let distance = |word: &str| {
-        let without_unit = word.strip_prefix(typed.as_str()).is_some_and(|rest| rest.starts_with('_'));
-        if without_unit { 0 } else { strsim::damerau_levenshtein(&typed, &word.replace('-', "_")) }
-    };
-    let near = words.iter().map(|word| (distance(word), *word)).min_by_key(|(distance, _)| *distance);
-    near.filter(|(distance, word)| *distance * 3 <= word.len()).map(|(_, word)| word)
 }
 
 /// A key and its value, if it has one that is short: `uavs.count = 0`.

@@ -13,10 +13,10 @@ use super::builtin::{BUILT_IN, built_in};
 use super::check::TARGETS_MAX;
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::file::ScenarioFile;
-use super::form::{self, MISTAKES_MAX, did_you_mean, nearest};
+use super::form::{self, MISTAKES_MAX};
 use super::locate::{Map, line_around, place_of};
 use crate::input;
-use crate::text::{escaped, quoted, words};
+use crate::text::{did_you_mean, escaped, nearest, quoted, words};
 
 /// Longer files are refused. As many targets as are allowed, spelt out, are 1 MiB.
 pub(crate) const LENGTH_MAX: u64 = 2 << 20;
