@@ -43,12 +43,17 @@ fn check_refused(folder: &Path, args: &[&str], expected: &[&str]) {
     assert!(output.stdout.is_empty(), "{args:?}");
     let line = message.strip_suffix('\n').unwrap();
     assert!(line.starts_with("error: ") && line.chars().count() <= 2000, "{args:?}: {message}");
-    assert!(!line.chars().any(|c| c.is_control() || c == '\u{202e}'), "{args:?}: {message:?}");
+    assert!(!line.contains(upsets), "{args:?}: {message:?}");
     for expected in expected {
         assert!(line.contains(expected), "{args:?}: {message}");
     }
     assert!(!line.contains("panicked"), "{args:?}: {message}");
     assert_eq!(names(folder), before, "{args:?} left something behind");
+}
+
+/// A terminal may obey it, or take it for the end of a line.
+fn upsets(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
 /// Of a scenario, everything that is wrong is drawn: more than a line.
@@ -61,7 +66,7 @@ fn check_scenario(bytes: &[u8], expected: &[&str]) {
     assert_eq!(output.status.code(), Some(2), "{:?} {message}", output.status);
     assert!(output.stdout.is_empty() && message.starts_with("error: "), "{message}");
     assert!(message.chars().count() <= 20_000 && !message.contains("panicked"), "{message}");
-    assert!(!message.chars().any(|c| c != '\n' && c.is_control() || c == '\u{202e}'), "{message:?}");
+    assert!(!message.contains(|c| c != '\n' && upsets(c)), "{message:?}");
     for expected in expected {
         assert!(message.contains(expected), "{message}");
     }
@@ -89,6 +94,11 @@ fn scenarios_that_are_none_are_refused() {
     check_scenario(&with("[uavs]\n\"a.\\n\\u001b.b\" = 3"), &["uavs.a.\\n\\u{1b}.b: there is no such key"]);
     check_scenario(&with("[guidance]\nlead = \"\\u001b[2J\""), &["guidance.lead = \"\\u{1b}[2J\": must be"]);
     check_scenario(&with("about = \"a\\u001b[2J\""), &["about = \"a\\u{1b}[2J\": must be one line"]);
+    check_scenario(
+        &with("duration = 3 # \u{9b}2J\u{85}\u{2028}\u{2029}\u{202a}\u{2066}\u{feff}"),
+        &["f.toml:1:1", "1 | duration = 3 # �2J������"],
+    );
+    check_scenario(&with("\"\u{9b}2J\u{2028}\" = 3"), &[r"\u{9b}2J\u{2028}: there is no such key", "1 | \"�2J�\" = 3"]);
     check_scenario(&with("duration_s = nan"), &["duration_s = nan: must be a finite number"]);
     check_scenario(&with("duration_s = -inf"), &["duration_s = -inf: must be a finite number"]);
     check_scenario(&with("duration_s = 1e999"), &["f.toml:1:14", "1e999: too large"]);
@@ -253,6 +263,12 @@ fn traffic_that_is_no_traffic_is_refused() {
         (vehicle("-inf"), r#"x = "-inf" is not finite"#),
         (vehicle("1e9"), r#"f:3:17: vehicle "v": x = "1e9" is out of range"#),
         (inside("<vehicle id=\"v\" x=\"1\" x=\"2\" y=\"3\"/>"), "f:3:1: not well-formed XML"),
+        (vehicle("1"), "f: its x and y may be metres or degrees: SUMO's header comment is not there"),
+        (
+            inside("<vehcle id=\"v\" x=\"1\" y=\"4\"/>"),
+            "f:3:1: element = \"vehcle\" would be left out; did you mean vehicle?",
+        ),
+        (b"t;id;x;y\n0;v;1,5;0\n1;v;2.5;0\n".to_vec(), "f:3:5: vehicle \"v\": x = \"2.5\" has a decimal point, others"),
         (twice("1"), "f:2:11: time = 1 s is not after the time step before it (1 s); must increase"),
         (twice("0.5"), "f:2:11: time = 0.5 s is not after"),
         (b"t,id,x,y\n2,v,0,0\n1,v,0,0\n".to_vec(), "f:3:1: vehicle \"v\": time = 1 s comes after 2 s"),
@@ -364,14 +380,14 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
 #[test]
 fn hostile_names_fly_and_are_shown_escaped() {
     let folder = tempfile::tempdir().unwrap();
-    let name = "../x<img onerror=alert(1)>\u{1b}[2J\u{202e}";
+    let name = "../x<img onerror=alert(1)>\u{1b}[2J\u{9b}2J\u{2028}\u{2029}\u{202e}\u{2066}\u{feff}";
     let mut csv = "t,id,x,y\n".to_owned();
     (0..20).for_each(|second| csv += &format!("{second},{name},{},0\n", 10 * second));
     fs::write(folder.path().join("f.csv"), csv).unwrap();
     let output = standoff_unlimited(folder.path(), &["run", "--traffic", "f.csv", "--uavs", "1", "--out", "o"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-    assert!(!told.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{told:?}");
+    assert!(!told.contains(|c| c != '\n' && upsets(c)), "{told:?}");
     assert_eq!(names(folder.path()), ["f.csv", "o"]);
 }
 

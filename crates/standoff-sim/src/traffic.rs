@@ -6,20 +6,24 @@
 //! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` holds `<timestep time>` (s, strictly increasing),
 //! which holds `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and latitude in degrees
 //! (`--fcd-output.geo`), of the middle of the FRONT bumper, and are kept as the vehicle's position. `speed` (m/s) and
-//! `angle` (degrees clockwise from north) give the velocity where both are there. Other elements are ignored.
+//! `angle` (degrees clockwise from north) give the velocity where both are there. Other elements are ignored, unless they
+//! are traffic that is misspelt or out of place.
 //!
 //! **CSV tracks**: a header names the columns (in any case, in any order; others are ignored), then one row per vehicle
 //! and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin with `#` are skipped.
-//! Quotes stand around a whole field.
+//! Quotes stand around a whole field. Semicolons separate the fields if the header has more of them than commas; numbers
+//! may then have decimal commas, all of them or none. Times are numbers, or dates and times by ISO 8601: all with an
+//! offset from UTC (or Z), or all without.
 //!
 //! | what | column |
 //! |---|---|
-//! | time, s | `t_s`, `time_s`, `t`, `time`, `timestep_time` |
-//! | vehicle | `vehicle`, `vehicle_id`, `id`, `track`, `target` |
+//! | time, s | `t_s`, `time_s`, `t`, `time`, `timestep_time`, `timestamp`, `timestamp_s`, `datetime` |
+//! | or ms | `t_ms`, `time_ms`, `timestamp_ms` |
+//! | vehicle | `vehicle`, `vehicle_id`, `id`, `track`, `track_id`, `target`, `target_id` |
 //! | metres east | `x_m`, `x_east_m`, `x`, `east_m` |
 //! | metres north | `y_m`, `y_north_m`, `y`, `north_m` |
-//! | latitude, degrees | `lat_deg`, `lat`, `latitude` |
-//! | longitude, degrees | `lon_deg`, `lon`, `longitude` |
+//! | latitude, degrees | `lat_deg`, `lat`, `latitude`, `latitude_deg` |
+//! | longitude, degrees | `lon_deg`, `lon`, `longitude`, `longitude_deg`, `lng`, `long` |
 //!
 //! Degrees (WGS84) become metres east and north in the plane that touches the ellipsoid at the file's first sample.
 //! A vehicle that is unseen for longer than the gap limit is absent in between; one that is faster than 10 km/s between
@@ -33,6 +37,7 @@ mod kind;
 mod limit;
 mod line_ends;
 mod lines;
+mod motion;
 mod source;
 mod value;
 mod vehicle;
@@ -63,13 +68,27 @@ pub struct Options {
 /// What the coordinates of a file are.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Coordinates {
-    /// CSV: by the header, metres if it has both. FCD: degrees if SUMO's header comment says so, or if the vehicles'
-    /// speeds show that a unit of `x`, `y` is far longer than a metre; otherwise metres.
+    /// CSV: by the header, metres if it has both. FCD: degrees if SUMO's header comment says so, otherwise as the vehicles
+    /// move: a drive in degrees is no motion in metres. A file that neither tells is refused, and so are columns `x` and
+    /// `y` of a CSV that are degrees.
     #[default]
     Auto,
     /// Metres east and north.
     Metres,
     /// Degrees of longitude and latitude (WGS84).
+    Degrees,
+}
+
+/// What to do where nothing tells what the coordinates are.
+const SAY_WHICH: &str = "traffic.coordinates = \"metres\" or \"degrees\" (--set traffic.coordinates=degrees)";
+
+/// What the coordinates of a file were taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84), projected about the [`Origin`].
     Degrees,
 }
 
@@ -109,6 +128,11 @@ pub struct Traffic {
 }
 
 impl Traffic {
+    /// What the file's coordinates were taken for.
+    pub fn unit(&self) -> Unit {
+        if self.origin.is_some() { Unit::Degrees } else { Unit::Metres }
+    }
+
     /// From the first sample to the last, s.
     pub fn span_s(&self) -> f64 {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
@@ -176,7 +200,7 @@ mod tests {
     use flate2::write::GzEncoder;
     use std::io::{self, Write};
 
-    const XML: &str = "<fcd-export><timestep time=\"1\"><vehicle id=\"v\" x=\"3\" y=\"4\"/></timestep></fcd-export>";
+    const XML: &str = "<fcd-export><timestep time=\"1\"><vehicle id=\"v\" x=\"300\" y=\"4\"/></timestep></fcd-export>";
     const CSV: &str = "t,id,x,y\n1,v,3,4\n";
 
     fn packed(text: &[u8]) -> Vec<u8> {

@@ -9,7 +9,7 @@ use super::mutation::Choices;
 use super::{corpus, refused, run};
 use crate::traffic::{Coordinates, Options, read_from};
 
-const XML: [&str; 30] = [
+const XML: [&str; 33] = [
     "<fcd-export>",
     "</fcd-export>",
     "<timestep time=\"",
@@ -39,10 +39,13 @@ const XML: [&str; 30] = [
     " x=\"1\"",
     "person",
     "<fcd-output.geo value=\"true\"/>",
+    "<fcd-output value=\"a\"/>",
+    "vehcle",
+    "timesteps",
     "<timestep time=\"9\"><vehicle id=\"v\" x=\"1\" y=\"2\"/></timestep>",
 ];
 
-const CSV: [&str; 24] = [
+const CSV: [&str; 31] = [
     ",",
     ",,",
     "\n",
@@ -67,6 +70,13 @@ const CSV: [&str; 24] = [
     "0,v,1,2\n",
     "5,w,1,2\n",
     ";",
+    "timestamp",
+    "time_ms",
+    "2026-03-01T12:00:01Z",
+    "2026-03-01 12:00:01.5",
+    "9999-12-31T23:59:60+14:00",
+    "+01:00",
+    "1,5",
 ];
 
 fn options(choices: &mut Choices<'_>) -> Options {

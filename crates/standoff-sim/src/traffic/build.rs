@@ -4,9 +4,10 @@ use standoff::math;
 use std::collections::BTreeMap;
 
 use super::limit::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
-use super::value::seconds;
+use super::motion;
+use super::value::{self, seconds};
 use super::vehicle::{Sample, Vehicle};
-use super::{Options, Origin, Traffic};
+use super::{Options, Origin, Traffic, Unit};
 use crate::text::quoted;
 
 /// Furthest a sample may be from the origin, m: further off, a plane is no map of the earth.
@@ -18,6 +19,8 @@ const LOWERED: u32 = 5;
 /// The samples read so far, in the file's own coordinates.
 pub(super) struct Builder {
     vehicles: BTreeMap<String, Vec<Sample>>,
+    /// The names by what is left of them where blanks do not count.
+    names: BTreeMap<String, String>,
     first: Option<Sample>,
     /// How many more samples may come.
     room: usize,
@@ -27,13 +30,46 @@ pub(super) struct Builder {
 
 impl Default for Builder {
     fn default() -> Self {
-        Self { vehicles: BTreeMap::new(), first: None, room: MAX_SAMPLES, vehicle_room: MAX_VEHICLES }
+        Self {
+            vehicles: BTreeMap::new(),
+            names: BTreeMap::new(),
+            first: None,
+            room: MAX_SAMPLES,
+            vehicle_room: MAX_VEHICLES,
+        }
     }
 }
 
 impl Builder {
-    /// Adds a sample, and gives the one before it of the same vehicle.
-    pub(super) fn add(&mut self, name: &str, sample: Sample) -> Result<Option<Sample>, String> {
+    /// Checks the name of a vehicle, the value of `key`: two that differ by blanks only are one, written in two ways.
+    pub(super) fn check_name(&mut self, key: &str, name: &str) -> Result<(), String> {
+        if self.vehicles.contains_key(name) {
+            return Ok(());
+        }
+        value::check_name(key, name)?;
+        let words = name.split_whitespace().collect::<Vec<_>>().join(" ");
+        if let Some(other) = self.names.get(&words).filter(|&other| other != name) {
+            let (name, other) = (quoted(name), quoted(other));
+            return Err(format!(
+                "{key} = {name} differs from {other}, which came before, by blanks only; one name for a vehicle; write \
+                 both alike, or call one otherwise"
+            ));
+        }
+        self.names.insert(words, name.to_string());
+        Ok(())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.vehicles.is_empty()
+    }
+
+    /// What the vehicles' motion shows x and y to be.
+    pub(super) fn shows(&self) -> Option<Unit> {
+        motion::shows(self.vehicles.values())
+    }
+
+    /// Adds a sample.
+    pub(super) fn add(&mut self, name: &str, sample: Sample) -> Result<(), String> {
         if self.room == 0 {
             return Err(format!("one sample too many; at most {MAX_SAMPLES} in a file; cut the file into parts"));
         }
@@ -45,10 +81,9 @@ impl Builder {
             }
             self.vehicle_room -= 1;
             self.vehicles.insert(name.to_string(), vec![sample]);
-            return Ok(None);
+            return Ok(());
         };
-        let previous = samples.last().copied();
-        if let Some(previous) = previous.filter(|previous| previous.time_us >= sample.time_us) {
+        if let Some(previous) = samples.last().filter(|previous| previous.time_us >= sample.time_us) {
             let (name, time, last) = (quoted(name), seconds(sample.time_us), seconds(previous.time_us));
             return Err(if previous.time_us == sample.time_us {
                 format!("vehicle {name}: time = {time} s is there twice; once per vehicle; remove one of the two")
@@ -59,15 +94,15 @@ impl Builder {
             });
         }
         samples.push(sample);
-        Ok(previous)
+        Ok(())
     }
 
-    /// The traffic; `degrees` if x and y are longitude and latitude.
-    pub(super) fn finish(mut self, degrees: bool, options: &Options) -> Result<Traffic, String> {
+    /// The traffic; x and y are metres, or longitude and latitude.
+    pub(super) fn finish(mut self, unit: Unit, options: &Options) -> Result<Traffic, String> {
         let Some(first) = self.first else {
             return Err("holds no vehicles; at least one; was the right file chosen?".to_string());
         };
-        let origin = degrees.then_some(Origin { latitude_deg: first.y, longitude_deg: first.x });
+        let origin = (unit == Unit::Degrees).then_some(Origin { latitude_deg: first.y, longitude_deg: first.x });
         if let Some(origin) = origin {
             for (name, samples) in &mut self.vehicles {
                 to_metres(name, samples, origin)?;
@@ -197,7 +232,7 @@ mod tests {
         for &(name, time_us) in samples {
             builder.add(name, sample(time_us, 0.0, 0.0)).unwrap();
         }
-        builder.finish(false, &Options { gap_s, ..Options::default() }).unwrap()
+        builder.finish(Unit::Metres, &Options { gap_s, ..Options::default() }).unwrap()
     }
 
     /// A vehicle with a sample every hour.
@@ -206,7 +241,7 @@ mod tests {
         for (hour, &(longitude, latitude)) in (0..).zip(samples) {
             builder.add("v", sample(hour * HOUR_US, longitude, latitude)).unwrap();
         }
-        builder.finish(true, &Options::default())
+        builder.finish(Unit::Degrees, &Options::default())
     }
 
     #[test]
@@ -221,11 +256,27 @@ mod tests {
     fn the_times_of_a_vehicle_must_increase() {
         let mut builder = Builder::default();
         let second = sample(2_000_000, 0.0, 0.0);
-        assert_eq!(builder.add("v", second), Ok(None));
+        assert_eq!(builder.add("v", second), Ok(()));
         assert!(builder.add("v", second).unwrap_err().starts_with("vehicle \"v\": time = 2 s is there twice"));
         let earlier = builder.add("v", sample(1_500_000, 0.0, 0.0)).unwrap_err();
         assert!(earlier.starts_with("vehicle \"v\": time = 1.5 s comes after 2 s"), "{earlier}");
-        assert_eq!(builder.add("v", sample(3_000_000, 0.0, 0.0)), Ok(Some(second)));
+        assert_eq!(builder.add("v", sample(3_000_000, 0.0, 0.0)), Ok(()));
+    }
+
+    #[test]
+    fn names_that_differ_by_blanks_only_are_refused() {
+        let mut builder = Builder::default();
+        for name in [" a b", "ab", "c"] {
+            assert_eq!(builder.check_name("id", name), Ok(()));
+            builder.add(name, sample(0, 0.0, 0.0)).unwrap();
+            assert_eq!(builder.check_name("id", name), Ok(()));
+        }
+        for name in ["a b", "a  b", " a b ", "\ta\u{a0}b", "c "] {
+            let error = builder.check_name("id", name).unwrap_err();
+            let other = if name == "c " { "c" } else { " a b" };
+            let expected = format!("id = {} differs from \"{other}\", which came before, by blanks only", quoted(name));
+            assert!(error.starts_with(&expected), "{error}");
+        }
     }
 
     #[test]
@@ -246,7 +297,7 @@ mod tests {
             for (time_us, x) in [(0, 11.3), (1_000_000, x)] {
                 builder.add("v", sample(time_us, x, 0.0)).unwrap();
             }
-            builder.finish(false, &Options { gap_s, ..Options::default() })
+            builder.finish(Unit::Metres, &Options { gap_s, ..Options::default() })
         };
         assert!(path(10_011.0, None).is_ok());
         let error = path(685_000.0, None).unwrap_err();
@@ -312,6 +363,6 @@ mod tests {
 
     #[test]
     fn no_vehicle_is_an_error() {
-        assert!(Builder::default().finish(false, &Options::default()).unwrap_err().contains("no vehicles"));
+        assert!(Builder::default().finish(Unit::Metres, &Options::default()).unwrap_err().contains("no vehicles"));
     }
 }

@@ -1,5 +1,6 @@
 //! Reads tracks from CSV tables.
 
+mod clock;
 mod quotes;
 mod table;
 
@@ -9,24 +10,38 @@ use super::build::Builder;
 use super::lines::{Fault, Lines};
 use super::value::{self, Quantity};
 use super::vehicle::Sample;
-use super::{Coordinates, Options, Traffic};
+use super::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
 use crate::text::{quoted, words};
+use clock::{Clock, Numbers};
 use table::Table;
 
-const TIME: &[&str] = &["t_s", "time_s", "t", "time", "timestep_time"];
-const VEHICLE: &[&str] = &["vehicle", "vehicle_id", "id", "track", "target"];
+const TIME: &[&str] = &[
+    "t_s",
+    "time_s",
+    "t",
+    "time",
+    "timestep_time",
+    "timestamp",
+    "timestamp_s",
+    "datetime",
+    "t_ms",
+    "time_ms",
+    "timestamp_ms",
+];
+const VEHICLE: &[&str] = &["vehicle", "vehicle_id", "id", "track", "track_id", "target", "target_id"];
 const X: &[&str] = &["x_m", "x_east_m", "x", "east_m", "vehicle_x"];
 const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y"];
-const LAT: &[&str] = &["lat_deg", "lat", "latitude"];
-const LON: &[&str] = &["lon_deg", "lon", "longitude"];
+const LAT: &[&str] = &["lat_deg", "lat", "latitude", "latitude_deg"];
+const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "long"];
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
-    let mut table = Table::new(lines);
+    let mut table = Table::new(lines)?;
     let mut builder = Builder::default();
     if !table.next_row()? {
         return Err(Fault::whole("holds only comments; must be SUMO FCD XML or CSV tracks".to_string()));
     }
     let columns = Columns::find(&table, options.coordinates)?;
+    let (mut clock, mut numbers) = (Clock::new(&columns.time.name), Numbers::new(table.separator));
     while table.next_row()? {
         if table.row.len() != columns.count {
             let message = format!("fields = {}; {}, as in the header; correct the row", table.row.len(), columns.count);
@@ -34,20 +49,31 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         }
         let name = table.text(columns.vehicle.index)?;
         let in_field = |column: &Column, message| table.fault(column.index, message);
-        value::check_name(&columns.vehicle.name, name).map_err(|message| in_field(&columns.vehicle, message))?;
+        builder.check_name(&columns.vehicle.name, name).map_err(|message| in_field(&columns.vehicle, message))?;
         let of_vehicle = |column: &Column, message| in_field(column, format!("vehicle {}: {message}", quoted(name)));
-        let number = |column: &Column, quantity: &Quantity| {
-            let text = table.text(column.index)?;
-            quantity.parse(&column.name, text).map_err(|message| of_vehicle(column, message))
-        };
-        let time_us = value::time_us(&columns.time.name, table.text(columns.time.index)?)
+        let time_us = clock
+            .time_us(&columns.time.name, table.text(columns.time.index)?, &mut numbers)
             .map_err(|message| of_vehicle(&columns.time, message))?;
+        let mut number = |column: &Column, quantity: &Quantity| {
+            let text = table.text(column.index)?;
+            numbers.parse(&column.name, text, quantity).map_err(|message| of_vehicle(column, message))
+        };
         let [x_kind, y_kind] = value::axes(columns.coordinates);
         let (x, y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
         let sample = Sample { time_us, x, y, velocity: [f32::NAN; 2] };
         builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
     }
-    builder.finish(columns.coordinates == Coordinates::Degrees, options).map_err(Fault::whole)
+    let is_named = options.coordinates != Coordinates::Auto || columns.x.name.to_ascii_lowercase().ends_with("_m");
+    if columns.coordinates == Coordinates::Metres && !is_named && builder.shows() == Some(Unit::Degrees) {
+        let Column { name, .. } = &columns.x;
+        return Err(Fault::whole(format!(
+            "the vehicles move as if column {} were degrees; it stands for metres; call the columns lon and lat, or say \
+             what they are with {SAY_WHICH}",
+            quoted(name)
+        )));
+    }
+    let unit = if columns.coordinates == Coordinates::Degrees { Unit::Degrees } else { Unit::Metres };
+    builder.finish(unit, options).map_err(Fault::whole)
 }
 
 struct Column {
@@ -78,7 +104,7 @@ impl Columns {
         let missing = |what: &str, accepted: &[&str]| {
             let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
             let message = format!(
-                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas",
+                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas or semicolons",
                 words(&found.join(", ")),
                 accepted.join(", ")
             );
@@ -144,14 +170,63 @@ mod tests {
             ("T", "ID", "X", "Y"),
             ("time", "track", "east_m", "north_m"),
             ("timestep_time", "target", " x ", "y"),
+            ("timestamp", "track_id", "x", "y"),
+            ("Timestamp_s", "target_id", "x", "y"),
+            ("datetime", "id", "x", "y"),
         ] {
             let traffic = read(&format!("{vehicle},{time},{y},{x}\nv,1,20,10")).unwrap();
             let state = traffic.vehicles[0].at(1_000_000).unwrap();
             assert_eq!((state.x_m, state.y_m, traffic.origin), (10.0, 20.0, None));
         }
-        for (latitude, longitude) in [("lat_deg", "lon_deg"), ("lat", "lon"), ("Latitude", "Longitude")] {
+        for (latitude, longitude) in [("lat_deg", "lon_deg"), ("lat", "lon"), ("Latitude", "Longitude"), ("lat", "lng")]
+        {
             let origin = read(&format!("{latitude},{longitude},t,id\n20,10,1,v")).unwrap().origin.unwrap();
             assert_eq!((origin.latitude_deg, origin.longitude_deg), (20.0, 10.0));
+        }
+    }
+
+    #[test]
+    fn tables_of_gps_loggers_are_read() {
+        let plain = read("time_s,vehicle,lat,lon\n0,v,44.5,11.3\n1.5,v,44.5001,11.3\n").unwrap();
+        for text in [
+            "Timestamp,ID,Latitude,Longitude\n2026-03-01T12:00:00.25Z,v,44.5,11.3\n2026-03-01T12:00:01.75Z,v,44.5001,11.3\n",
+            "timestamp;track_id;lat;lng;speed\n2026-03-01 12:00:00+01:00;v;44,5;11,3;7,4\n2026-03-01 12:00:01,5+01:00;v;\
+             44,5001;11,3;7,4\n",
+            "# logger\nid;time_ms;latitude_deg;longitude_deg\n\"v\";1772366400000;44.5;11.3\nv;1772366401500;44.5001;11.3\n",
+            "datetime;id;lat;lon\r2026-03-01T23:59:59;v;44,5;11,3\r2026-03-02T00:00:00,5;v;44,5001;11,3",
+        ] {
+            let traffic = read(text).unwrap_or_else(|error| panic!("{error}"));
+            let (one, other) = (&traffic.vehicles[0], &plain.vehicles[0]);
+            assert_eq!((one.name(), traffic.origin), ("v", plain.origin), "{text}");
+            for part_us in [0, 400_000, 1_500_000] {
+                assert_eq!(one.at(one.first_us() + part_us), other.at(part_us), "{text}");
+            }
+            assert_eq!(traffic.span_s(), 1.5, "{text}");
+        }
+    }
+
+    #[test]
+    fn wrong_values_of_gps_loggers_are_shown_with_their_place() {
+        let header = "timestamp;id;x_m;y_m\n2026-03-01T12:00:00Z;a;1,5;0\n";
+        for (row, expected) in [
+            (
+                "2026-03-01T12:00:01;a;2;0",
+                "f.csv:3:1: vehicle \"a\": timestamp = \"2026-03-01T12:00:01\" is a date-time w",
+            ),
+            ("5;a;2;0", "f.csv:3:1: vehicle \"a\": timestamp = \"5\" is a number, the time before it a date-time"),
+            (
+                "2026-03-01T12:61:01Z;a;2;0",
+                "f.csv:3:1: vehicle \"a\": timestamp = \"2026-03-01T12:61:01Z\" is not a nu",
+            ),
+            ("2026-03-01T12:00:01Z;a;2.5;0", "f.csv:3:24: vehicle \"a\": x_m = \"2.5\" has a decimal point, others"),
+            ("2026-03-01T12:00:01Z;a;1.234,5;0", "f.csv:3:24: vehicle \"a\": x_m = \"1.234,5\" is not a number"),
+            ("2026-03-01T12:00:01Z;a;2,5,0", "f.csv:3:1: fields = 3; 4, as in the header"),
+            ("2026-03-01T12:00:01Z;\"a;2;0", "f.csv:3:22: a quote opens here and is not closed"),
+            ("#2026-03-01T12:00:01Z;a;2;0", "f.csv:3:1: begins with # as a comment does, and has 4 fields as a row"),
+            ("2026-03-01T12:00:01Z;a ;2;0", "f.csv:3:22: id = \"a \" differs from \"a\", which came before, by blanks"),
+        ] {
+            let error = error(&format!("{header}{row}\n"));
+            assert!(error.starts_with(expected) && !error.contains('\n'), "{error}");
         }
     }
 
@@ -168,13 +243,15 @@ mod tests {
     fn a_missing_column_is_named_with_what_is_there() {
         let header = error("# c\ntime,car,x,y\n0,v,1,2");
         let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
-                        accepted: vehicle, vehicle_id, id, track, target; rename a column, and separate columns by commas";
+                        accepted: vehicle, vehicle_id, id, track, track_id, target, target_id; rename a column, and separate \
+                        columns by commas or semicolons";
         assert_eq!(header, expected);
         assert!(error("id,x,y\n").contains("no column for the time;"));
         assert!(error("id,t,x,lat\n").contains("no column for both coordinates;"));
         let degrees = read_as("id,t,x,y\n", Coordinates::Degrees).unwrap_err();
         assert!(degrees.message.ends_with(
-            "accepted: lat_deg, lat, latitude, lon_deg, lon, longitude; rename a column, and separate columns by commas"
+            "accepted: lat_deg, lat, latitude, latitude_deg, lon_deg, lon, longitude, longitude_deg, lng, long; rename a \
+             column, and separate columns by commas or semicolons"
         ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
         assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, vehicle_x, y_m,"), "{metres}");

@@ -1,10 +1,11 @@
 //! Reads SUMO floating-car data.
 
 mod attributes;
-mod motion;
 
 use standoff::math;
+use std::collections::BTreeSet;
 use std::io::Read;
+use std::ops::RangeInclusive;
 
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader};
@@ -14,13 +15,23 @@ use super::limit::MAX_DEPTH;
 use super::lines::{Fault, Lines, Position, input_fault};
 use super::value::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-use super::{Coordinates, Options, Traffic};
-use crate::text::quoted;
+use super::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
+use crate::text::{nearest, quoted};
 use attributes::{Found, attributes, missing, not_xml};
-use motion::Motion;
 
 /// What SUMO writes into the header comment of a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
+/// What it writes there of any file.
+const OPTION: &str = "<fcd-output value=";
+/// What is read within `fcd-export`.
+const TRAFFIC: [&str; 2] = ["timestep", "vehicle"];
+/// What else SUMO writes into a time step; it is left out.
+const LEFT_OUT: [&str; 2] = ["person", "container"];
+/// So long is a misspelt name of an element of traffic.
+const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
+/// After so many names of other elements no more are held against those of traffic: that takes long, and a large file may
+/// hold nothing else.
+const MAX_OTHERS: usize = 1_000;
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
     let mut reader = Reader::from_reader(lines);
@@ -61,7 +72,11 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
 
 fn out_of_place(element: &str, start: Position) -> Fault {
     let element = quoted(element);
-    Fault::at(start, format!("element = {element} is out of place; fcd-export holds timestep, which holds vehicle"))
+    let message = format!(
+        "element = {element} is out of place; fcd-export holds timestep, which holds vehicle; is the element around it \
+         not closed?"
+    );
+    Fault::at(start, message)
 }
 
 /// What is known of the file so far.
@@ -76,7 +91,10 @@ struct Fcd {
     step_us: Option<i64>,
     /// `Auto` until something tells.
     coordinates: Coordinates,
-    motion: Motion,
+    /// The header comment is SUMO's.
+    is_of_sumo: bool,
+    /// Names of other elements that are nothing like those of traffic.
+    others: BTreeSet<String>,
 }
 
 impl Fcd {
@@ -88,11 +106,13 @@ impl Fcd {
             last_us: None,
             step_us: None,
             coordinates,
-            motion: Motion::default(),
+            is_of_sumo: false,
+            others: BTreeSet::new(),
         }
     }
 
     fn header(&mut self, comment: &str) {
+        self.is_of_sumo |= comment.contains(OPTION);
         if self.coordinates == Coordinates::Auto && comment.contains(GEO_OPTION) {
             self.coordinates = Coordinates::Degrees;
         }
@@ -110,17 +130,52 @@ impl Fcd {
                 return Err(Fault::at(start, message));
             }
             (1, "timestep") => self.timestep(element, start)?,
-            (1, "vehicle") => return Err(out_of_place(name, start)),
-            (2, "timestep") if self.step_us.is_some() => return Err(out_of_place(name, start)),
-            (1, _) => self.step_us = None,
-            (2, "vehicle") => {
-                if let Some(time_us) = self.step_us {
-                    self.vehicle(element, start, time_us)?;
+            (2, "vehicle") => match self.step_us {
+                Some(time_us) => self.vehicle(element, start, time_us)?,
+                None => return Err(out_of_place(name, start)),
+            },
+            (depth, _) => {
+                if depth == 1 {
+                    self.step_us = None;
                 }
+                self.other(element, start)?;
             }
-            _ => {}
         }
         Ok(())
+    }
+
+    /// Refuses an element that is traffic where it cannot be read; ignores all others.
+    fn other(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        let name = element.name().into_inner();
+        if TRAFFIC.contains(&name) {
+            return Err(out_of_place(name, start));
+        }
+        let meant = match self.meant(name) {
+            Some(meant) => meant,
+            None => {
+                // What has a place at a time is traffic, whatever it is called.
+                let may_be_traffic = self.depth == 2 && self.step_us.is_some() && !LEFT_OUT.contains(&name);
+                if !may_be_traffic || matches!(attributes(element, start, ["x"])?, [None]) {
+                    return Ok(());
+                }
+                "vehicle"
+            }
+        };
+        let name = quoted(name);
+        Err(Fault::at(start, format!("element = {name} would be left out; did you mean {meant}? rename or remove it")))
+    }
+
+    /// The element of traffic that somebody meant who wrote `name`.
+    fn meant(&mut self, name: &str) -> Option<&'static str> {
+        let local = name.rsplit(':').next().unwrap_or(name);
+        if !MISSPELT_BYTES.contains(&local.len()) || self.others.len() >= MAX_OTHERS || self.others.contains(local) {
+            return None;
+        }
+        let meant = nearest(local, &TRAFFIC);
+        if meant.is_none() {
+            self.others.insert(local.to_string());
+        }
+        meant
     }
 
     fn timestep(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
@@ -142,7 +197,7 @@ impl Fcd {
     fn vehicle(&mut self, element: &BytesStart<'_>, start: Position, time_us: i64) -> Result<(), Fault> {
         let [id, x, y, speed, angle] = attributes(element, start, ["id", "x", "y", "speed", "angle"])?;
         let id = id.ok_or_else(|| missing(start, "vehicle", "id"))?;
-        id.read(|name| value::check_name("id", name))?;
+        id.read(|name| self.builder.check_name("id", name))?;
         let who = || format!("vehicle {}", quoted(&id.text));
         let read = |key: &str, found: &Found<'_>, quantity: &Quantity| {
             found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", who())))
@@ -159,17 +214,26 @@ impl Fcd {
             _ => [f32::NAN; 2],
         };
         let sample = Sample { time_us, x, y, velocity };
-        let previous = self.builder.add(&id.text, sample).map_err(|message| Fault::at(start, message))?;
-        self.motion.add(previous, sample, speed);
-        Ok(())
+        self.builder.add(&id.text, sample).map_err(|message| Fault::at(start, message))
     }
 
     fn finish(self, options: &Options) -> Result<Traffic, Fault> {
-        let degrees = match self.coordinates {
-            Coordinates::Auto => self.motion.shows_degrees(),
-            known => known == Coordinates::Degrees,
+        let told = match self.coordinates {
+            Coordinates::Auto => self.builder.shows().or(self.is_of_sumo.then_some(Unit::Metres)),
+            Coordinates::Metres => Some(Unit::Metres),
+            Coordinates::Degrees => Some(Unit::Degrees),
         };
-        self.builder.finish(degrees, options).map_err(Fault::whole)
+        let unit = match told {
+            Some(unit) => unit,
+            None if self.builder.is_empty() => Unit::Metres,
+            None => {
+                return Err(Fault::whole(format!(
+                    "its x and y may be metres or degrees: SUMO's header comment is not there, and no vehicle's motion \
+                     tells; say which with {SAY_WHICH}"
+                )));
+            }
+        };
+        self.builder.finish(unit, options).map_err(Fault::whole)
     }
 }
 
@@ -179,7 +243,8 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Traffic, TrafficError> {
-        read_from(text.as_bytes(), "f.xml", &Options::default())
+        let coordinates = Coordinates::Metres;
+        read_from(text.as_bytes(), "f.xml", &Options { coordinates, ..Options::default() })
     }
 
     /// A file of one time step, 1 s, that holds `inside`, from line 2 on.
@@ -226,12 +291,48 @@ mod tests {
     #[test]
     fn other_elements_are_ignored() {
         let traffic = read(
-            "<fcd-export><meta><vehicle id=\"no\"/><timestep/></meta><timestep time=\"1\"><person id=\"no\"/>\
-             <container id=\"no\"><vehicle id=\"no\"/></container>text<vehicle id=\"yes\" x=\"0\" y=\"0\"/>\
+            "<fcd-export><meta><author id=\"no\" x=\"1\"/></meta><timestep time=\"1\"><person id=\"no\" x=\"1\"/>\
+             <container id=\"no\" x=\"1\"><a/></container>text<weather/><vehicle id=\"yes\" x=\"0\" y=\"0\"><a x=\"1\"/></vehicle>\
              </timestep></fcd-export>",
         );
         let traffic = traffic.unwrap();
         assert_eq!(traffic.vehicles.iter().map(|vehicle| vehicle.name()).collect::<Vec<_>>(), ["yes"]);
+    }
+
+    #[test]
+    fn traffic_that_would_be_left_out_is_refused() {
+        let vehicle = |name: &str| format!("<{name} id=\"v\" x=\"0\" y=\"0\"/>");
+        for name in ["vehcle", "Vehicle", "vehicles", "sumo:vehicle", "car", "tram"] {
+            let error = step(&vehicle(name)).unwrap_err().to_string();
+            let expected = format!("f.xml:2:1: element = \"{name}\" would be left out; did you mean vehicle? rename");
+            assert!(error.starts_with(&expected), "{error}");
+        }
+        for name in ["timstep", "TimeStep", "timesteps"] {
+            let error =
+                error(&format!("<fcd-export>\n <{name} time=\"1\">{}</{name}></fcd-export>", vehicle("vehicle")));
+            let expected = format!("f.xml:2:2: element = \"{name}\" would be left out; did you mean timestep? rename");
+            assert!(error.starts_with(&expected), "{error}");
+        }
+        for around in ["vehicle id=\"w\" x=\"0\" y=\"0\"", "person", "container"] {
+            let end = around.split(' ').next().unwrap();
+            let error = step(&format!("<{around}>\n{}</{end}>", vehicle("vehicle"))).unwrap_err().to_string();
+            assert!(error.starts_with("f.xml:3:1: element = \"vehicle\" is out of place; fcd-export holds"), "{error}");
+        }
+        let others: String = (0..2 * MAX_OTHERS).map(|n| format!("<other{n}/>")).collect();
+        let late = error(&format!("<fcd-export><meta>{others}\n<vehicle/></meta></fcd-export>"));
+        assert!(late.starts_with("f.xml:2:1: element = \"vehicle\" is out of place"), "{late}");
+        let meta = error("<fcd-export><meta>\n<vehicle/></meta></fcd-export>");
+        assert!(meta.starts_with("f.xml:2:1: element = \"vehicle\" is out of place"), "{meta}");
+    }
+
+    #[test]
+    fn names_that_differ_by_blanks_are_refused_where_they_stand() {
+        let error =
+            step("<vehicle id=\"a\" x=\"0\" y=\"0\"/>\n<vehicle x=\"9\" id=\"a \" y=\"0\"/>").unwrap_err().to_string();
+        assert!(
+            error.starts_with("f.xml:3:16: id = \"a \" differs from \"a\", which came before, by blanks"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -1,80 +1,168 @@
 //! Tells metres from degrees by the way vehicles move.
 
-use super::super::Coordinates;
-use super::super::value::{axes, seconds};
-use super::super::vehicle::Sample;
 use standoff::math;
+use std::ops::RangeInclusive;
 
-/// How far the vehicles went, by two accounts: it tells metres from degrees.
-#[derive(Default)]
-pub(super) struct Motion {
-    beyond_degrees: bool,
-    /// Length of all paths, in the unit of x, y.
-    by_position: f64,
-    by_speed_m: f64,
-}
+use super::value::{axes, seconds};
+use super::vehicle::Sample;
+use super::{Coordinates, Unit};
 
-impl Motion {
-    /// Adds a sample, its `speed` in m/s, and the one before it of the same vehicle.
-    pub(super) fn add(&mut self, previous: Option<Sample>, sample: Sample, speed: Option<f64>) {
-        let [longitude, latitude] = axes(Coordinates::Degrees);
-        self.beyond_degrees |= !(longitude.allows(sample.x) && latitude.allows(sample.y));
-        if let (Some(previous), Some(speed)) = (previous, speed) {
-            self.by_position += math::hypot(sample.x - previous.x, sample.y - previous.y);
-            self.by_speed_m += speed * seconds(sample.time_us - previous.time_us);
+/// What vehicles that move may do, m/s. A degree of latitude is 111 km, so what is a drive in degrees is no motion in
+/// metres, and a drive in metres is a flight to space in degrees.
+const DRIVES_M_S: RangeInclusive<f64> = 0.1..=300.0;
+/// Longest step between two samples that shows how a vehicle moves, s.
+const STEP_MAX_S: f64 = 300.0;
+/// Length of a degree of latitude, m.
+const DEGREE_M: f64 = 111_195.0;
+/// How far from its first place a vehicle must get, m, if degrees are to be told by motion: the last decimal of a place in
+/// metres may flicker.
+const FAR_M: f64 = 5.0;
+/// How many times as far the vehicles must go by one account as by the other: places may be wrong now and then.
+const CLEAR: f64 = 10.0;
+
+/// What the motion of vehicles shows x and y to be; `None` if they hardly move, or if it does not tell.
+pub(super) fn shows<'a>(vehicles: impl Iterator<Item = &'a Vec<Sample>>) -> Option<Unit> {
+    let [longitude, latitude] = axes(Coordinates::Degrees);
+    let (mut in_metres, mut in_degrees, mut far_m, mut may_be_degrees) = (0.0, 0.0, 0.0, true);
+    for samples in vehicles {
+        for sample in samples {
+            may_be_degrees &= longitude.allows(sample.x) && latitude.allows(sample.y);
+            far_m = degrees_apart_m(&samples[0], sample).max(far_m);
+        }
+        for pair in samples.windows(2) {
+            let step_s = seconds(pair[1].time_us - pair[0].time_us);
+            if step_s > STEP_MAX_S {
+                continue;
+            }
+            let by_metres = math::hypot(pair[1].x - pair[0].x, pair[1].y - pair[0].y);
+            let by_degrees_m = degrees_apart_m(&pair[0], &pair[1]);
+            match [by_metres, by_degrees_m].map(|way_m| DRIVES_M_S.contains(&(way_m / step_s))) {
+                [true, false] => in_metres += by_metres,
+                [false, true] => in_degrees += by_degrees_m,
+                _ => {}
+            }
         }
     }
-
-    /// Whether x and y must be degrees.
-    ///
-    /// A degree is some 1e5 m, so any ratio between 1e-5 and 1 would do; vehicles that stand show nothing.
-    pub(super) fn shows_degrees(&self) -> bool {
-        !self.beyond_degrees && self.by_speed_m > 5.0 && self.by_position < 0.01 * self.by_speed_m
+    if in_degrees > CLEAR * in_metres {
+        // Longitudes up to 360 degrees, say, are not told by motion alone.
+        (may_be_degrees && far_m >= FAR_M).then_some(Unit::Degrees)
+    } else {
+        (!may_be_degrees || in_metres > CLEAR * in_degrees).then_some(Unit::Metres)
     }
+}
+
+/// How far apart two places in degrees are, about, m: the short way round the earth.
+fn degrees_apart_m(one: &Sample, other: &Sample) -> f64 {
+    let (east, north) = ((other.x - one.x).abs(), other.y - one.y);
+    let east = if east > 180.0 { 360.0 - east } else { east };
+    DEGREE_M * math::hypot(east * math::cos(one.y.to_radians()), north)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{Coordinates, Options, Traffic, TrafficError, read_from};
+    use super::super::{Options, Traffic, TrafficError, read_from};
+    use super::*;
 
-    /// One vehicle that goes east from `from` to `to` in 1 s, with `speed`, under the header `comment`.
-    fn mover(
-        comment: &str,
-        [from, to]: [f64; 2],
-        speed: f64,
-        coordinates: Coordinates,
-    ) -> Result<Traffic, TrafficError> {
-        let step = |time: i32, x: f64| {
-            format!("<timestep time=\"{time}\"><vehicle id=\"a\" x=\"{x}\" y=\"50\" speed=\"{speed}\"/></timestep>")
+    /// Paths of vehicles with a sample every second.
+    fn shown(paths: &[&[(f64, f64)]]) -> Option<Unit> {
+        let sample = |(second, &(x, y)): (i64, &(f64, f64))| Sample {
+            time_us: second * 1_000_000,
+            x,
+            y,
+            velocity: [f32::NAN; 2],
         };
+        let vehicles: Vec<Vec<Sample>> = paths.iter().map(|path| (0..).zip(*path).map(sample).collect()).collect();
+        shows(vehicles.iter())
+    }
+
+    #[test]
+    fn degrees_and_metres_are_told_by_motion() {
+        for (path, expected, why) in [
+            (vec![(10.0, 50.0), (10.0001, 50.0)], Some(Unit::Degrees), "1e-4 degrees are 7 m"),
+            (vec![(10.0, 50.0), (17.2, 50.0)], Some(Unit::Metres), "7.2 m"),
+            (vec![(0.0, 0.0), (0.4, 0.3)], Some(Unit::Metres), "half a metre"),
+            (vec![(10.0, 50.0), (10.0, 50.0)], None, "nothing moves"),
+            (vec![(10.0, 50.0)], None, "it is there once"),
+            (vec![(10.0, 50.0), (10.000_02, 50.0)], None, "1.4 m: hardly anything moves"),
+            (vec![(10.0, 50.0), (10.0, 50.000_002), (10.0, 50.0), (10.0, 50.000_002)], None, "a decimal flickers"),
+            (vec![(200.0, 50.0), (200.0, 50.0)], Some(Unit::Metres), "200 degrees do not exist"),
+            (vec![(10.0, 91.0)], Some(Unit::Metres), "nor do 91 of latitude"),
+            (vec![(200.0, 50.0), (200.0001, 50.0)], None, "yet they are written"),
+            (vec![(179.9999, 5.0), (-179.9999, 5.0)], Some(Unit::Degrees), "22 m across the antimeridian"),
+            (vec![(-180.0, 5.0), (179.9999, 5.0), (179.9997, 5.0)], Some(Unit::Degrees), "and back"),
+            (vec![(10.0, 89.0), (10.003, 89.0)], Some(Unit::Degrees), "degrees are short there: 5.8 m"),
+        ] {
+            assert_eq!(shown(&[&path]), expected, "{why}");
+        }
+    }
+
+    #[test]
+    fn one_wrong_place_does_not_decide() {
+        let degrees: Vec<(f64, f64)> = (0..200).map(|n| (11.3 + 1e-4 * f64::from(n), 44.5)).collect();
+        let metres: Vec<(f64, f64)> = (0..200).map(|n| (8.0 * f64::from(n % 10), 0.0)).collect();
+        let jump = [(11.3, 44.5), (0.0, 0.0), (11.3, 44.5)];
+        assert_eq!(shown(&[&degrees, &jump]), Some(Unit::Degrees));
+        assert_eq!(shown(&[&metres, &[(1.0, 1.0), (1.000_01, 1.0)]]), Some(Unit::Metres));
+        assert_eq!(shown(&[&degrees[..20], &jump]), None, "143 m against 92");
+    }
+
+    #[test]
+    fn places_hours_apart_tell_nothing() {
+        let sample = |hour: i64, x| Sample { time_us: hour * 3_600_000_000, x, y: 0.0, velocity: [f32::NAN; 2] };
+        assert_eq!(shows([vec![sample(0, 0.0), sample(24, 1.0)]].iter()), None, "a metre or 111 km in a day");
+    }
+
+    /// One vehicle that goes east from `from` to `to` in 1 s, under the header `comment`.
+    fn mover(comment: &str, [from, to]: [f64; 2], coordinates: Coordinates) -> Result<Traffic, TrafficError> {
+        let step =
+            |time: i32, x: f64| format!("<timestep time=\"{time}\"><vehicle id=\"a\" x=\"{x}\" y=\"50\"/></timestep>");
         let text = format!("{comment}<fcd-export>{}{}</fcd-export>", step(0, from), step(1, to));
         read_from(text.as_bytes(), "f.xml", &Options { coordinates, gap_s: None })
     }
 
+    const GEO: &str = "<!-- <fcd-output value=\"a\"/> <fcd-output.geo value=\"true\"/> -->";
+
     #[test]
-    fn degrees_are_told_from_metres() {
-        let is_degrees =
-            |comment, path, speed| mover(comment, path, speed, Coordinates::Auto).unwrap().origin.is_some();
-        let geo = "<!-- <fcd-output.geo value=\"true\"/> -->";
-        assert!(is_degrees("", [10.0, 10.0001], 7.2), "1e-4 degrees are 7 m");
-        assert!(!is_degrees("", [10.0, 17.2], 7.2), "it went 7.2 m");
-        assert!(!is_degrees("", [10.0, 10.0], 0.0), "nothing moves");
-        assert!(!is_degrees("", [10.0, 10.0001], 4.9), "hardly anything moves");
-        assert!(!is_degrees("", [200.0, 200.0001], 7.2), "200 degrees do not exist");
-        assert!(is_degrees(geo, [10.0, 10.0], 0.0), "the header says so");
-        assert!(!is_degrees("<!-- <fcd-output.geo value=\"false\"/> -->", [10.0, 10.0], 0.0));
+    fn the_header_of_sumo_tells_what_motion_does_not() {
+        let is_degrees = |comment, path| mover(comment, path, Coordinates::Auto).unwrap().origin.is_some();
+        assert!(is_degrees("", [10.0, 10.0001]));
+        assert!(is_degrees("", [179.9999, -179.9999]), "although it has no speed");
+        assert!(!is_degrees("", [10.0, 17.2]));
+        assert!(is_degrees(GEO, [10.0, 10.0]), "the header says so");
+        assert!(!is_degrees("<!-- <fcd-output value=\"a.xml\"/> -->", [10.0, 10.0]));
+        let error = mover("<!-- mine -->", [10.0, 10.0], Coordinates::Auto).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "f.xml: its x and y may be metres or degrees: SUMO's header comment is not there, and no vehicle's motion \
+             tells; say which with traffic.coordinates = \"metres\" or \"degrees\" (--set traffic.coordinates=degrees)"
+        );
     }
 
     #[test]
     fn what_the_caller_says_goes() {
-        let geo = "<!-- <fcd-output.geo value=\"true\"/> -->";
-        assert!(mover(geo, [10.0, 10.0001], 7.2, Coordinates::Metres).unwrap().origin.is_none());
-        assert!(mover("", [10.0, 10.0], 0.0, Coordinates::Degrees).unwrap().origin.is_some());
+        assert!(mover(GEO, [10.0, 10.0001], Coordinates::Metres).unwrap().origin.is_none());
+        assert!(mover("", [10.0, 10.0], Coordinates::Degrees).unwrap().origin.is_some());
+    }
+
+    #[test]
+    fn a_table_whose_metres_are_degrees_is_refused() {
+        let read = |header: &str, coordinates| {
+            let rows = "0,a,11.3,44.5\n1,a,11.3001,44.5\n2,a,11.3002,44.5\n";
+            read_from(format!("{header}\n{rows}").as_bytes(), "f.csv", &Options { coordinates, gap_s: None })
+        };
+        let error = read("t,id,x,y", Coordinates::Auto).unwrap_err().to_string();
+        assert!(
+            error.starts_with("f.csv: the vehicles move as if column \"x\" were degrees; it stands for"),
+            "{error}"
+        );
+        assert!(read("t,id,x,y", Coordinates::Metres).unwrap().origin.is_none());
+        assert!(read("t,id,x_m,y_m", Coordinates::Auto).unwrap().origin.is_none(), "the name says metres");
+        assert!(read("t,id,lon,lat", Coordinates::Auto).unwrap().origin.is_some());
     }
 
     #[test]
     fn known_degrees_are_checked_where_they_stand() {
-        let error = mover("", [200.0, 201.0], 7.2, Coordinates::Degrees).unwrap_err();
+        let error = mover("", [200.0, 201.0], Coordinates::Degrees).unwrap_err();
         assert!(
             error.to_string().contains("f.xml:1:48: vehicle \"a\": x = \"200\" is out of range; -180 to 180"),
             "{error}"

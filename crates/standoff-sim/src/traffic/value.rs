@@ -15,6 +15,19 @@ pub(super) struct Quantity {
 /// Beyond this, a microsecond is finer than an f64 of seconds times 1e6 can tell.
 const TIME: Quantity =
     Quantity { low: -9e9, high: 9e9, unit: "s", advice: "give plain seconds (SUMO: without --human-readable-time)" };
+/// Time in a table, in seconds.
+pub(super) const LOGGED_SECONDS: Quantity = Quantity {
+    unit: "s, or a date-time like 2026-03-01T12:00:00.5Z",
+    advice: "if it is milliseconds, call the column time_ms",
+    ..TIME
+};
+/// Time in a table, in milliseconds.
+pub(super) const LOGGED_MILLISECONDS: Quantity = Quantity {
+    low: -9e12,
+    high: 9e12,
+    unit: "ms, or a date-time like 2026-03-01T12:00:00.5Z",
+    advice: "if it is seconds, call the column time_s",
+};
 /// East or north.
 const METRES: Quantity = Quantity { low: -1e8, high: 1e8, unit: "m", advice: "remove the sample or correct it" };
 /// East or north, while it is not known what the file's coordinates are.
@@ -54,11 +67,16 @@ impl Quantity {
 
     /// The number that `text`, the value of `key`, stands for.
     pub(super) fn parse(&self, key: &str, text: &str) -> Result<f64, String> {
-        let wrong = match text.trim().parse::<f64>() {
-            Ok(value) if self.allows(value) => return Ok(value),
-            Ok(value) if value.is_finite() => "is out of range",
-            Ok(_) => "is not finite",
-            Err(_) => "is not a number",
+        self.check(key, text, text.trim().parse().ok())
+    }
+
+    /// The number that `text`, the value of `key`, was read as, if it was one.
+    pub(super) fn check(&self, key: &str, text: &str, value: Option<f64>) -> Result<f64, String> {
+        let wrong = match value {
+            Some(value) if self.allows(value) => return Ok(value),
+            Some(value) if value.is_finite() => "is out of range",
+            Some(_) => "is not finite",
+            None => "is not a number",
         };
         let Self { low, high, unit, advice } = self;
         Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))

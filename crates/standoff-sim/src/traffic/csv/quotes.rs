@@ -1,4 +1,4 @@
-//! Where the fields of a CSV row begin, and whether its quotes come in pairs.
+//! What separates the fields of a CSV row, where they begin, and whether its quotes come in pairs.
 //!
 //! The CSV reader takes whatever stands between a quote and the next one for a field, lines of other vehicles included,
 //! and what stands behind a closing quote for a part of it: so one quote too many is not seen until far behind it.
@@ -40,8 +40,22 @@ enum Within {
     },
 }
 
+/// What separates the fields of a table: semicolons if its header has more of them than commas, outside of quotes.
+pub(super) fn separator(header: &[u8]) -> u8 {
+    let (mut is_quoted, mut commas, mut semicolons) = (false, 0, 0);
+    for byte in header {
+        match byte {
+            b'"' => is_quoted = !is_quoted,
+            b',' if !is_quoted => commas += 1,
+            b';' if !is_quoted => semicolons += 1,
+            _ => {}
+        }
+    }
+    if semicolons > commas { b';' } else { b',' }
+}
+
 /// Where each field of a row begins, as far as its quotes are right, and what is wrong with them.
-pub(super) fn fields(row: &[u8]) -> (Vec<usize>, Option<Wrong>) {
+pub(super) fn fields(row: &[u8], separator: u8) -> (Vec<usize>, Option<Wrong>) {
     let mut begins = vec![0];
     let mut within = Within::Begin;
     for (at, &byte) in row.iter().enumerate() {
@@ -50,7 +64,7 @@ pub(super) fn fields(row: &[u8]) -> (Vec<usize>, Option<Wrong>) {
             (Within::Quotes { open }, _) => Within::Quotes { open },
             (Within::Closed { open, .. }, b'"') => Within::Quotes { open },
             (Within::Begin, b'"') => Within::Quotes { open: at },
-            (_, b',') => {
+            (_, byte) if byte == separator => {
                 begins.push(at + 1);
                 Within::Begin
             }
@@ -81,7 +95,22 @@ mod tests {
             ("5\",6\",b\"\n", vec![0, 3, 6]),
             ("\"a\" ,\"\"\t,\"\"\"\"\n", vec![0, 5, 9]),
         ] {
-            assert_eq!(fields(row.as_bytes()), (begins, None), "{row:?}");
+            assert_eq!(fields(row.as_bytes(), b','), (begins, None), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn fields_may_begin_behind_semicolons() {
+        assert_eq!(fields(b"1,5;\"a;\";;2,5\n", b';'), (vec![0, 4, 9, 10], None));
+        for (header, expected) in [
+            ("t;id;x;y", b';'),
+            ("t;id;x;y;\"size, m, about, or, so\"", b';'),
+            ("t,id,x,y", b','),
+            ("t,id,x,y,\"a;b;c;d;e;f\"", b','),
+            ("t;id,x", b','),
+            ("", b','),
+        ] {
+            assert_eq!(separator(header.as_bytes()), expected, "{header}");
         }
     }
 
@@ -94,7 +123,7 @@ mod tests {
             ("1,\"v,3\n2,\"v\",3\n", Wrong::Amid { open: 2, close: 9 }),
             ("\"a\" \"b\"", Wrong::Amid { open: 0, close: 2 }),
         ] {
-            assert_eq!(fields(row.as_bytes()).1, Some(wrong), "{row:?}");
+            assert_eq!(fields(row.as_bytes(), b',').1, Some(wrong), "{row:?}");
         }
     }
 }

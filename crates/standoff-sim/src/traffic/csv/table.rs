@@ -1,6 +1,6 @@
 //! Reads the rows of a CSV table, and knows the place of each field.
 
-use std::io::{self, BufRead, Read};
+use std::io::{self, BufRead, Cursor, Read};
 
 use csv::{ByteRecord, ReaderBuilder};
 
@@ -13,16 +13,21 @@ pub(super) struct Table<R> {
     reader: csv::Reader<RowText<R>>,
     /// The current row.
     pub(super) row: ByteRecord,
+    /// Between fields: a comma or a semicolon.
+    pub(super) separator: u8,
 }
 
 impl<R: Read> Table<R> {
-    pub(super) fn new(lines: Lines<R>) -> Self {
+    /// Looks at the header for what separates the fields.
+    pub(super) fn new(lines: Lines<R>) -> Result<Self, Fault> {
         let start = lines.position();
-        let text = RowText { lines, start, text: Vec::new(), commas: None };
-        Self {
-            reader: ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text),
-            row: ByteRecord::new(),
-        }
+        let mut text =
+            RowText { lines, start, ahead: Cursor::default(), text: Vec::new(), separator: b',', separators: None };
+        text.look_ahead().map_err(|error| input_fault(Some(text.lines.position()), &error))?;
+        let separator = quotes::separator(text.ahead.get_ref());
+        text.separator = separator;
+        let reader = ReaderBuilder::new().has_headers(false).flexible(true).delimiter(separator).from_reader(text);
+        Ok(Self { reader, row: ByteRecord::new(), separator })
     }
 
     /// Goes to the next row; `false` at the end. Fails where the quotes of the row are not in pairs.
@@ -35,7 +40,7 @@ impl<R: Read> Table<R> {
             self.check_quotes()?;
         }
         // The first row is the header.
-        self.reader.get_mut().commas.get_or_insert(self.row.len().saturating_sub(1));
+        self.reader.get_mut().separators.get_or_insert(self.row.len().saturating_sub(1));
         read.map_err(|error| {
             let position = self.reader.get_ref().lines.position();
             match error.into_kind() {
@@ -46,15 +51,14 @@ impl<R: Read> Table<R> {
     }
 
     fn check_quotes(&self) -> Result<(), Fault> {
-        let RowText { start, text, .. } = self.reader.get_ref();
+        let RowText { start, text, separator, .. } = self.reader.get_ref();
         let place = |at: usize| start.after(&text[..at]);
-        let (open, what) = match quotes::fields(text).1 {
+        let (open, what) = match quotes::fields(text, *separator).1 {
             None => return Ok(()),
             Some(Wrong::Open { open }) => (open, "is not closed".to_string()),
             Some(Wrong::Amid { open, close }) => (open, format!("is closed at {}, amid a field", place(close))),
         };
-        let advice =
-            "quotes stand around a whole field; close it before the comma, remove it, or write it twice within quotes";
+        let advice = "quotes stand around a whole field; close it before the separator, remove it, or write it twice within quotes";
         Err(Fault::at(place(open), format!("a quote opens here and {what}; {advice}")))
     }
 
@@ -66,8 +70,8 @@ impl<R: Read> Table<R> {
 
     /// A fault in field `index` of this row.
     pub(super) fn fault(&self, index: usize, message: String) -> Fault {
-        let RowText { start, text, .. } = self.reader.get_ref();
-        let begin = quotes::fields(text).0.get(index).copied().unwrap_or(0);
+        let RowText { start, text, separator, .. } = self.reader.get_ref();
+        let begin = quotes::fields(text, *separator).0.get(index).copied().unwrap_or(0);
         Fault::at(start.after(&text[..begin]), message)
     }
 }
@@ -78,12 +82,21 @@ impl<R: Read> Table<R> {
 struct RowText<R> {
     lines: Lines<R>,
     start: Position,
+    /// The first line, looked at before it is asked for.
+    ahead: Cursor<Vec<u8>>,
     text: Vec<u8>,
-    /// Commas between the fields of the header, once it is read.
-    commas: Option<usize>,
+    separator: u8,
+    /// Between the fields of the header, once it is read.
+    separators: Option<usize>,
 }
 
 impl<R: Read> RowText<R> {
+    /// Begins the first row and reads its first line.
+    fn look_ahead(&mut self) -> io::Result<()> {
+        self.begin_row()?;
+        self.lines.read_until(b'\n', self.ahead.get_mut()).map(drop)
+    }
+
     /// Skips comments and blank lines, and begins a row behind them.
     fn begin_row(&mut self) -> io::Result<()> {
         loop {
@@ -92,17 +105,17 @@ impl<R: Read> RowText<R> {
             if self.lines.fill_buf()?.first() != Some(&b'#') {
                 return Ok(());
             }
-            let mut commas = 0;
+            let mut separators = 0;
             loop {
                 let mut part = [0; 512];
                 let part = self.take_line(&mut part)?;
-                commas += part.iter().filter(|&&byte| byte == b',').count();
+                separators += part.iter().filter(|&&byte| byte == self.separator).count();
                 if part.last().is_none_or(|&byte| byte == b'\n') {
                     break;
                 }
             }
-            if self.commas == Some(commas) {
-                let what = format!("begins with # as a comment does, and has {} fields as a row", commas + 1);
+            if self.separators == Some(separators) {
+                let what = format!("begins with # as a comment does, and has {} fields as a row", separators + 1);
                 let advice = "put the name into quotes if it is one, or remove the line";
                 return Err(Fault::at(self.start, format!("{what}; {advice}")).into());
             }
@@ -133,11 +146,14 @@ impl<R: Read> RowText<R> {
 
 impl<R: Read> Read for RowText<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        if self.text.is_empty() {
-            self.begin_row()?;
+        let mut count = self.ahead.read(out)?;
+        if count == 0 {
+            if self.text.is_empty() {
+                self.begin_row()?;
+            }
+            count = self.take_line(out)?.len();
         }
-        let line = self.take_line(out)?;
-        self.text.extend_from_slice(line);
-        Ok(line.len())
+        self.text.extend_from_slice(&out[..count]);
+        Ok(count)
     }
 }

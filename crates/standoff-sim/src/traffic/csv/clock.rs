@@ -1,0 +1,187 @@
+//! The numbers and times of a CSV table, as spreadsheets and GPS loggers write them.
+
+use chrono::{DateTime, FixedOffset, NaiveDateTime};
+
+use super::super::value::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
+use crate::text::quoted;
+
+/// How the numbers of a table are written: where semicolons separate its fields, the first that has a decimal sign tells
+/// which, for 1,234 is another number with a point than with a comma.
+pub(super) struct Numbers {
+    /// A comma may be one.
+    may_be_comma: bool,
+    decimal_sign: Option<char>,
+}
+
+impl Numbers {
+    pub(super) fn new(separator: u8) -> Self {
+        Self { may_be_comma: separator == b';', decimal_sign: None }
+    }
+
+    /// The number that `text`, the value of `key`, stands for.
+    pub(super) fn parse(&mut self, key: &str, text: &str, quantity: &Quantity) -> Result<f64, String> {
+        if !self.may_be_comma {
+            return quantity.parse(key, text);
+        }
+        let value = text.trim().replace(',', ".").parse().ok();
+        // What is no number has no decimal sign either.
+        if let (Some(_), Some(sign)) = (value, text.chars().find(|c| [',', '.'].contains(c)))
+            && *self.decimal_sign.get_or_insert(sign) != sign
+        {
+            let [this, others] = if sign == ',' { ["comma", "point"] } else { ["point", "comma"] };
+            let text = quoted(text);
+            return Err(format!("{key} = {text} has a decimal {this}, others before it a {others}; write all alike"));
+        }
+        quantity.check(key, text, value)
+    }
+}
+
+/// How the times of a table are written: the first row tells.
+pub(super) struct Clock {
+    in_milliseconds: bool,
+    form: Option<Form>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Form {
+    Number,
+    /// Date and time with an offset from UTC.
+    Zoned,
+    /// Date and time of whatever zone.
+    Local,
+}
+
+impl Form {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Number => "number",
+            Self::Zoned => "date-time with an offset",
+            Self::Local => "date-time without an offset",
+        }
+    }
+}
+
+impl Clock {
+    /// Of the column `key`.
+    pub(super) fn new(key: &str) -> Self {
+        Self { in_milliseconds: key.to_ascii_lowercase().ends_with("_ms"), form: None }
+    }
+
+    /// The time that `text`, the value of `key`, stands for; microseconds.
+    pub(super) fn time_us(&mut self, key: &str, text: &str, numbers: &mut Numbers) -> Result<i64, String> {
+        let (quantity, unit_us) =
+            if self.in_milliseconds { (&LOGGED_MILLISECONDS, 1e3) } else { (&LOGGED_SECONDS, 1e6) };
+        let (form, time_us) = match date_time(text) {
+            Some((form, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => (form, time_us),
+            Some(_) => {
+                return Err(format!("{key} = {} is out of range; the years 1685 to 2255; correct it", quoted(text)));
+            }
+            None => (Form::Number, (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
+        };
+        match self.form.replace(form) {
+            Some(before) if before != form => Err(format!(
+                "{key} = {} is a {}, the time before it a {}; write all alike",
+                quoted(text),
+                form.name(),
+                before.name()
+            )),
+            _ => Ok(time_us),
+        }
+    }
+}
+
+/// A date and time by ISO 8601, with a T or a blank between them; since 1970, microseconds.
+fn date_time(text: &str) -> Option<(Form, i64)> {
+    // Most files have numbers.
+    if !text.contains(':') {
+        return None;
+    }
+    let text = text.trim().replace(',', ".");
+    let local = || {
+        ["%Y-%m-%dT%H:%M:%S%.f", "%Y-%m-%d %H:%M:%S%.f"]
+            .into_iter()
+            .find_map(|format| NaiveDateTime::parse_from_str(&text, format).ok())
+    };
+    match text.parse::<DateTime<FixedOffset>>() {
+        Ok(time) => Some((Form::Zoned, time.timestamp_micros())),
+        Err(_) => Some((Form::Local, local()?.and_utc().timestamp_micros())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::Coordinates;
+    use super::super::super::value::axes;
+    use super::*;
+
+    /// What a column of such times comes to.
+    fn times(key: &str, separator: u8, texts: &[&str]) -> Result<Vec<i64>, String> {
+        let (mut clock, mut numbers) = (Clock::new(key), Numbers::new(separator));
+        texts.iter().map(|text| clock.time_us(key, text, &mut numbers)).collect()
+    }
+
+    #[test]
+    fn times_may_be_date_times() {
+        // 2026-03-01 12:00 UTC, as `date -d 2026-03-01T12:00Z +%s` says.
+        let noon_us = 1_772_366_400_000_000;
+        for text in [
+            "2026-03-01T12:00:00Z",
+            "2026-03-01T12:00:00.000Z",
+            " 2026-03-01 12:00:00Z",
+            "2026-03-01T14:00:00+02:00",
+            "2026-03-01T06:30:00.0-0530",
+            "2026-03-01 14:00:00,000 +02:00",
+            "2026-03-01T12:00:00",
+            "2026-03-01 12:00:00",
+        ] {
+            assert_eq!(times("time", b',', &[text]), Ok(vec![noon_us]), "{text}");
+        }
+        let parts = ["2026-03-01T12:00:00.5Z", "2026-03-01T12:00:00.250001Z"];
+        assert_eq!(times("time", b',', &parts), Ok(vec![noon_us + 500_000, noon_us + 250_001]));
+    }
+
+    #[test]
+    fn numbers_are_seconds_or_milliseconds_by_the_name_of_their_column() {
+        assert_eq!(times("timestamp", b',', &["1772366400.25", "-1"]), Ok(vec![1_772_366_400_250_000, -1_000_000]));
+        assert_eq!(times("Time_MS", b',', &["1772366400250", "0.5"]), Ok(vec![1_772_366_400_250_000, 500]));
+        let error = times("timestamp", b',', &["1772366400250"]).unwrap_err();
+        assert!(error.contains("is out of range") && error.ends_with("call the column time_ms"), "{error}");
+        assert!(times("time_ms", b',', &["1772366400250000"]).unwrap_err().contains("9000000000000 ms"));
+    }
+
+    #[test]
+    fn times_are_written_alike() {
+        for (first, second, expected) in [
+            ("5", "2026-03-01T12:00:00Z", "is a date-time with an offset, the time before it a number"),
+            ("2026-03-01T12:00:00Z", "5", "is a number, the time before it a date-time with an offset"),
+            ("2026-03-01T12:00:00Z", "2026-03-01T12:00:01", "is a date-time without an offset, the time before it a"),
+        ] {
+            let error = times("time", b',', &[first, second]).unwrap_err();
+            assert!(error.contains(expected) && error.ends_with("write all alike"), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for text in ["noon", "", "12:00:00", "2026-02-30T12:00:00Z", "2026-03-01T25:00:00Z", "01.03.2026 12:00:00"] {
+            let error = times("time", b',', &[text]).unwrap_err();
+            assert!(error.contains("is not a number") && error.contains("2026-03-01T12:00:00.5Z"), "{error}");
+        }
+        assert!(times("time", b',', &["2300-01-01T00:00:00Z"]).unwrap_err().contains("the years 1685 to 2255"));
+    }
+
+    #[test]
+    fn decimal_signs_are_alike() {
+        let metres = &axes(Coordinates::Metres)[0];
+        let mut numbers = Numbers::new(b';');
+        assert_eq!(numbers.parse("x", "12", metres), Ok(12.0));
+        assert_eq!(numbers.parse("x", " -1,5e1", metres), Ok(-15.0));
+        let mixed = numbers.parse("x", "1.5", metres).unwrap_err();
+        assert_eq!(mixed, "x = \"1.5\" has a decimal point, others before it a comma; write all alike");
+        assert!(numbers.parse("x", "1.234,5", metres).unwrap_err().starts_with("x = \"1.234,5\" is not a number"));
+        let mut numbers = Numbers::new(b';');
+        assert_eq!(numbers.parse("x", "1.5", metres), Ok(1.5));
+        assert!(numbers.parse("x", "1,234", metres).is_err());
+        assert!(Numbers::new(b',').parse("x", "1,5", metres).unwrap_err().contains("is not a number"));
+    }
+}
