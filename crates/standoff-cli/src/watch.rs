@@ -130,7 +130,7 @@ impl Watched {
 pub(crate) fn manifest(scenario: &Scenario) -> Manifest {
     let Settings { duration, period, .. } = scenario.settings;
     let manifest = Manifest::new(&scenario.name, scenario.seed, duration.s(), period.s());
-    Manifest { origin: scenario.origin(), ..manifest }
+    Manifest { origin: scenario.origin(), traffic_unit: scenario.traffic_unit(), ..manifest }
 }
 
 /// Keeps simulated time in step with the time of day.

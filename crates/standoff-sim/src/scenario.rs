@@ -33,7 +33,7 @@ pub use locate::Place;
 pub use number::Number;
 pub use schema::schema;
 
-use crate::traffic::{Origin, Traffic};
+use crate::traffic::{Origin, Traffic, Unit};
 
 /// Everything that determines a run.
 ///
@@ -169,6 +169,14 @@ impl Scenario {
         match &self.targets {
             Targets::Random { .. } => None,
             Targets::Traffic(traffic) => traffic.origin,
+        }
+    }
+
+    /// What the coordinates of its traffic file were taken for, if it has one.
+    pub fn traffic_unit(&self) -> Option<Unit> {
+        match &self.targets {
+            Targets::Random { .. } => None,
+            Targets::Traffic(traffic) => Some(traffic.unit()),
         }
     }
 

@@ -231,6 +231,29 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
     fs::write(&path, text.replace(&ours, r#""version": "9.1.0""#)).unwrap();
     assert_eq!(Record::open(&dir).unwrap().manifest().version, "9.1.0");
 
+    // The unit of the traffic.
+    for (keys, expected) in [
+        (r#""traffic_unit": "metres""#, Ok(Some("metres"))),
+        (
+            r#""traffic_unit": "degrees", "origin": {"latitude_deg": 44.5, "longitude_deg": 11.34567891}"#,
+            Ok(Some("degrees, projected about 44.500000, 11.345679")),
+        ),
+        (
+            r#""origin": {"latitude_deg": 44.5, "longitude_deg": 11.3}"#,
+            Ok(Some("degrees, projected about 44.500000, 11.300000")),
+        ),
+        (r#""unfinished": false"#, Ok(None)),
+        (r#""traffic_unit": "degrees""#, Err("traffic_unit and origin contradict each other")),
+        (r#""traffic_unit": "feet""#, Err("unknown variant `feet`, expected `metres` or `degrees`")),
+    ] {
+        fs::write(&path, text.replace(&ours, &format!("{ours}, {keys}"))).unwrap();
+        match (Record::open(&dir), expected) {
+            (Ok(record), Ok(told)) => assert_eq!(record.manifest().traffic_told().as_deref(), told),
+            (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{error}"),
+            (_, expected) => panic!("{keys}: expected {expected:?}"),
+        }
+    }
+
     // Before records had origins.
     fs::write(&path, text.replace(r#""format": 3"#, r#""format": 2"#)).unwrap();
     assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));

@@ -9,7 +9,7 @@ use super::RecordError;
 use super::folder::MANIFEST;
 use crate::input;
 use crate::text::{quoted, words};
-use crate::traffic::Origin;
+use crate::traffic::{Origin, Unit};
 
 /// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
 pub const FORMAT: u64 = 3;
@@ -41,6 +41,10 @@ pub struct Manifest {
     /// Where the local plane touches the Earth, if the scenario says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
+    /// What the coordinates of the traffic file were taken for, if the scenario has one. Older records
+    /// say it only by their origin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traffic_unit: Option<Unit>,
     /// The run is under way, or was ended before its mission was over.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unfinished: bool,
@@ -58,6 +62,7 @@ impl Manifest {
             duration_s,
             period_s,
             origin: None,
+            traffic_unit: None,
             unfinished: false,
         }
     }
@@ -66,6 +71,19 @@ impl Manifest {
     #[must_use]
     pub fn title(&self) -> String {
         format!("{}, seed {}{}", words(&self.scenario), self.seed, if self.unfinished { ", unfinished" } else { "" })
+    }
+
+    /// What the coordinates of the traffic file were taken for, in words; `None` if there was none, or if the record does
+    /// not say.
+    #[must_use]
+    pub fn traffic_told(&self) -> Option<String> {
+        match (self.origin, self.traffic_unit) {
+            (Some(Origin { latitude_deg, longitude_deg }), _) => {
+                Some(format!("degrees, projected about {latitude_deg:.6}, {longitude_deg:.6}"))
+            }
+            (None, Some(Unit::Metres)) => Some("metres".to_owned()),
+            (None, _) => None,
+        }
     }
 
     pub(super) fn to_json(&self) -> Result<String, RecordError> {
@@ -110,6 +128,9 @@ impl Manifest {
         if let Some(Origin { latitude_deg, longitude_deg }) = self.origin {
             values.push(("origin.latitude_deg", latitude_deg, -90.0..=90.0));
             values.push(("origin.longitude_deg", longitude_deg, -180.0..=180.0));
+        }
+        if self.traffic_unit.is_some_and(|unit| (unit == Unit::Degrees) != self.origin.is_some()) {
+            return Err("traffic_unit and origin contradict each other: degrees have an origin, metres none".to_owned());
         }
         match values.into_iter().find(|(_, value, allowed)| !allowed.contains(value)) {
             None => Ok(()),
