@@ -114,7 +114,8 @@ fn table(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
     let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each, the same draws for both, from seed {seed} on\n\n");
     let width = name_width(metrics);
-    text += &format!("{:width$} {:>9} {:>9} {:>10}  {:^20}\n", "metric", "A", "B", "B - A", "95 % interval");
+    text += format!("{:width$} {:>9} {:>9} {:>10}  {:^20}", "metric", "A", "B", "B - A", "95 % interval").trim_end();
+    text += "\n";
     for (name, paired) in metrics {
         let interval =
             paired.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));

@@ -31,7 +31,7 @@ pub(crate) struct Wanted {
     pub(crate) choice: Choice,
 }
 
-/// Metrics that say little on one line: what the others are made of, and what stands in the first lines already.
+/// Metrics that say little to who flies one run: what others are made of, or come to here.
 const UNTOLD: [&str; 7] = [
     "position_error_all_m",
     "standoff_distance_m",
@@ -66,6 +66,9 @@ pub(crate) struct Outcome {
     pub(crate) unfinished_after_s: Option<f64>,
     pub(crate) uavs: usize,
     pub(crate) targets: usize,
+    /// What the coordinates of its traffic file were taken for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) traffic: Option<String>,
     /// How many there were at a time, on average.
     pub(crate) targets_mean: Option<f64>,
     pub(crate) metrics: Chosen,
@@ -126,14 +129,21 @@ impl Outcome {
 
     /// What a person wants to know, first things first.
     fn told(&self, out: &Path, telling: Telling) -> String {
-        let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, .. } = self;
+        let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, targets_mean, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
+        // Of vehicles that come and go there are never so many at once as in all.
+        let at_a_time = targets_mean.filter(|mean| (mean - *targets as f64).abs() > 0.05);
+        let at_a_time = at_a_time.map_or_else(String::new, |mean| format!(" ({mean:.1} at a time)"));
         let mut told = format!(
-            "{}, seed {seed}: {}, {}, {duration_s} s{end}\n\n",
+            "{}, seed {seed}: {}, {}{at_a_time}, {duration_s} s{end}\n",
             text::words(scenario),
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
+        if let Some(traffic) = &self.traffic {
+            told += &format!("coordinates of the traffic taken for {traffic}\n");
+        }
+        told += "\n";
         told += &self.custody();
         told += &self.table(telling.yardstick);
         let is_told = |metric: &str| telling.yardstick.is_none() || BESIDE_YARDSTICK.contains(&metric);
@@ -155,16 +165,12 @@ impl Outcome {
     fn custody(&self) -> String {
         let get = |name: &str| self.metrics.get(name).flatten();
         let Some(mean) = self.targets_mean else { return String::new() };
-        let there = mean.round().max(0.0) as usize;
-        let of = if (mean - self.targets as f64).abs() < 0.05 {
-            format!("of {}", count(self.targets, "target"))
-        } else {
-            format!("of the {mean:.1} targets there at a time ({} in all; {there} rounded)", self.targets)
-        };
+        let is_whole = (mean - mean.round()).abs() < 0.05;
+        let of = if is_whole { format!("of {mean:.0}") } else { format!("of {mean:.1}") };
         let mut told = String::new();
         if let Some(share) = get("uncovered_fraction").filter(|share| *share > UNCOVERED) {
             told += &format!(
-                "in no group   {:.1} {of} on average ({:.1} % of their time): no orbit is flown about them\n",
+                "in no group   {:.1} {of} targets on average ({:.1} % of their time): no orbit is flown about them\n",
                 share * mean,
                 100.0 * share
             );
@@ -175,8 +181,10 @@ impl Outcome {
         ] {
             if let Some(share) = get(metric) {
                 let percent = 100.0 * share;
-                told +=
-                    &format!("{what:13} {:.1} {of} on average ({percent:.1} % of their time): {words}\n", share * mean);
+                told += &format!(
+                    "{what:13} {:.1} {of} targets on average ({percent:.1} % of their time): {words}\n",
+                    share * mean
+                );
             }
         }
         if let Some(gap_s) = get("longest_gap_s") {

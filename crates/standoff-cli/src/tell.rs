@@ -66,6 +66,7 @@ pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
         unfinished_after_s: record.ends_s(),
         uavs,
         targets: events.count("cued"),
+        traffic: manifest.traffic_told(),
         targets_mean: scorer.targets_mean(),
         metrics: Chosen { metrics: scorer.metrics(), choice },
         events,

@@ -95,7 +95,10 @@ fn json_is_one_object_and_the_summary_is_the_same() {
     let saved: Value = serde_json::from_slice(&fs::read(folder.path().join("o/summary.json")).unwrap()).unwrap();
     assert_eq!(printed, saved);
     let keys: Vec<_> = printed.as_object().unwrap().keys().cloned().collect();
-    assert_eq!(keys, ["scenario", "seed", "duration_s", "uavs", "targets", "targets_mean", "metrics", "events", "per_target"]);
+    assert_eq!(
+        keys,
+        ["scenario", "seed", "duration_s", "uavs", "targets", "targets_mean", "metrics", "events", "per_target"]
+    );
     assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &4.into(), &3.into()));
     assert!(printed["metrics"]["phase_error_deg"].as_f64().unwrap() < 5.0);
     let event = &printed["events"][0];

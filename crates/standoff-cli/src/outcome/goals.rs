@@ -68,6 +68,13 @@ pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str
             "standoff errors count the ways onto another orbit, too, whenever a group's members change".to_owned(),
         );
     }
+    let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
+    if get("line_of_sight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {
+        words.push(
+            "line_of_sight_max_deg beyond half the field of view: one UAV's; out_of_view_fraction tells what no UAV saw"
+                .to_owned(),
+        );
+    }
     let quiet = get("anees_quiet").or(get("anees")).filter(|anees| !CONSISTENT.contains(anees));
     if let Some(anees) = quiet {
         let assumed = settings.team.track.target.acceleration_sd_m_s2;
