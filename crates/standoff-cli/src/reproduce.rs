@@ -20,7 +20,7 @@ use clap::{Parser, ValueEnum};
 
 use crate::failure::{Failure, note, print};
 use flights::Plan;
-use study::{Study, save, save_figures, write};
+use study::{Study, claims_file, save, save_figures, summary, write};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -87,6 +87,11 @@ enum Name {
 }
 
 impl Name {
+    /// The file of its claims.
+    fn claims(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| claims_file(value.get_name()))
+    }
+
     /// Runs it.
     fn reproduce(self, plan: &Plan) -> Result<Vec<Study>, Failure> {
         Ok(match self {
@@ -106,14 +111,19 @@ impl Name {
 pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
     let plan = Plan { runs: args.runs, first_seed: args.seed, threads: args.threads, traffic: args.traffic.clone() };
     check_folder(&args.out)?;
+    let names = args.study.as_ref().map_or(Name::value_variants(), std::slice::from_ref);
+    if names.iter().any(|name| args.out.join(name.claims()).exists()) {
+        note(&format!("note: replacing older results in {}", args.out.display()));
+    }
     let mut studies = Vec::new();
-    for name in args.study.as_ref().map_or(Name::value_variants(), std::slice::from_ref) {
+    for name in names {
         // Whatever fails later, what is done is written and told.
         let found = name.reproduce(&plan)?;
         save(&found, &args.out)?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
         studies.extend(found);
     }
+    print(&summary(&studies))?;
     note(&format!("figures, data and claims in {}", args.out.display()));
     let Some(path) = &args.page else { return Ok(()) };
     let pictures = path.parent().unwrap_or(Path::new("")).join(page::PICTURES);

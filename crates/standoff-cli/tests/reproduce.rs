@@ -47,6 +47,11 @@ fn every_study_runs_and_the_page_has_the_same_bytes_on_one_thread_and_on_three()
         assert!(!path.ends_with(".svg") || bytes.len() < 100_000, "{path} has {} bytes", bytes.len());
     }
     assert_eq!(one.1, three.1);
+    let told = text(&one.1);
+    let (_, summary) = told.split_once("\nSummary\n").unwrap();
+    assert!(summary.lines().all(|line| line.chars().count() <= 100), "{summary}");
+    assert!(summary.contains("  Table II: tracking one group of four targets ") && summary.contains("  in all "));
+    assert!(summary.contains(" of these verdicts are weak: they come from fewer than 30 runs"), "{summary}");
 
     let page = text(&one.0["docs/page.md"]);
     for study in STUDIES {
@@ -74,6 +79,10 @@ fn one_study_prints_the_papers_number_beside_ours_and_a_verdict() {
     let line = told.lines().find(|line| line.contains("sigma_scale 0.01")).unwrap();
     assert!(line.contains("90.00 deg (to 10.00 deg)") && line.ends_with("does not come out"), "{line}");
     let csv = text(&files(folder.path())["standoff-out/reproduce/figure-7.csv"]);
+    let again = reproduce(folder.path(), "2", &["figure-7"]);
+    let note = "note: replacing older results in standoff-out/reproduce\n";
+    assert_eq!(text(&again.stderr), note.to_owned() + &text(&output.stderr));
+    assert!(!text(&reproduce(folder.path(), "2", &["figure-6"]).stderr).contains("replacing"));
     assert!(csv.starts_with("sigma_scale,target_m,best_separation_deg,eta_over_eta_at_90_deg\n0.01,0,90,1\n"), "{csv}");
 }
 

@@ -10,6 +10,8 @@ pub(crate) const TOLERANCE: f64 = 0.1;
 const SAME_SIZE: [f64; 2] = [0.5, 1.5];
 /// Two curves show the same tendency if their rank correlation is above this.
 const SAME_TENDENCY: f64 = 0.5;
+/// Of fewer runs intervals are wide, and what holds in all of them may not hold in the next: their verdicts are weak.
+pub(crate) const FEW_RUNS: usize = 30;
 /// What holds in more than this share of the runs, in percent, holds in most.
 const MOST: f64 = 50.0;
 

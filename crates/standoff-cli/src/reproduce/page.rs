@@ -43,9 +43,8 @@ fn summary(studies: &[Study]) -> String {
     }
     text += &format!("\n|---|{}", "---|".repeat(1 + Verdict::ALL.len()));
     for study in studies.iter().filter(|study| !study.claims.is_empty()) {
-        let count = |verdict| study.claims.iter().filter(|claim| claim.finding.verdict() == verdict).count();
         text += &format!("\n| [{}](#{}) | {} |", study.title, anchor(study.title), study.claims.len());
-        Verdict::ALL.iter().for_each(|verdict| text += &format!(" {} |", count(*verdict)));
+        Verdict::ALL.iter().for_each(|verdict| text += &format!(" {} |", study.count(*verdict)));
     }
     text + "\n"
 }

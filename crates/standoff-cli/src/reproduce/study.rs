@@ -5,7 +5,7 @@ use std::path::Path;
 
 use standoff_view::figures::Figure;
 
-use super::claim::{Claim, shown};
+use super::claim::{Claim, FEW_RUNS, Verdict, shown};
 use crate::failure::Failure;
 use crate::tell;
 
@@ -51,6 +51,11 @@ impl Study {
         self.data.iter().try_for_each(|data| write(&dir.join(format!("{}.csv", data.name)), &data.csv()))
     }
 
+    /// How many of its claims have this verdict.
+    pub(crate) fn count(&self, verdict: Verdict) -> usize {
+        self.claims.iter().filter(|claim| claim.finding.verdict() == verdict).count()
+    }
+
     /// The claims as plain text, and the tables.
     pub(crate) fn text(&self) -> String {
         let mut text = format!("{}\n", self.title);
@@ -93,6 +98,33 @@ impl Data {
     }
 }
 
+/// What all came to, in a few lines of at most 100 columns: how many claims of each study come out, how many in their
+/// direction only, how many not.
+pub(crate) fn summary(studies: &[Study]) -> String {
+    let studies: Vec<&Study> = studies.iter().filter(|study| !study.claims.is_empty()).collect();
+    let row = |title: &str, studies: &[&Study]| {
+        let count = |verdict: Verdict| studies.iter().map(|study| study.count(verdict)).sum();
+        let claims = studies.iter().map(|study| study.claims.len()).sum::<usize>();
+        let counts = [claims].into_iter().chain(Verdict::ALL.map(count));
+        [title.to_owned()].into_iter().chain(counts.map(|count| count.to_string())).collect()
+    };
+    let mut rows: Vec<Vec<String>> = studies.iter().map(|study| row(study.title, &[study])).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    if rows.len() > 1 {
+        rows.push(row("in all", &studies));
+    }
+    let mut text = "Summary\n".to_owned() + &columns(&["", "claims", "come out", "direction", "do not"], rows);
+    let weak = studies.iter().flat_map(|study| &study.claims).filter(|claim| (1..FEW_RUNS).contains(&claim.runs));
+    let weak = weak.count();
+    if weak > 0 {
+        text +=
+            &format!("  {weak} of these verdicts are weak: they come from fewer than {FEW_RUNS} runs, see --runs\n");
+    }
+    text
+}
+
 /// Writes what an argument asked for: figures, data, and the claims of all its studies.
 pub(crate) fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     let mut claims = Vec::new();
@@ -106,7 +138,12 @@ pub(crate) fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     }
     let Some(first) = studies.first() else { return Ok(()) };
     let claims = serde_json::to_string_pretty(&claims).map_err(Failure::running)? + "\n";
-    write(&dir.join(format!("{}.json", first.name)), &claims)
+    write(&dir.join(claims_file(first.name)), &claims)
+}
+
+/// The file of the claims that an argument asked for.
+pub(crate) fn claims_file(name: &str) -> String {
+    format!("{name}.json")
 }
 
 /// Writes figures as SVG.
@@ -140,12 +177,34 @@ fn columns(heads: &[&str], mut rows: Vec<Vec<String>>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::claim::Finding;
+    use super::super::statistics::Estimate;
     use super::*;
 
     #[test]
     fn data_keep_every_digit_and_leave_out_what_is_missing() {
         let data = Data::new("made-up", &["a", "b"], vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
         assert_eq!(data.csv(), "a,b\n0.30000000000000004,\n1,-2.5\n");
+    }
+
+    #[test]
+    fn the_summary_counts_and_tells_what_few_runs_are_worth() {
+        let claim = |ours, runs| Claim {
+            what: String::new(),
+            unit: "m",
+            finding: Finding::number(1.0, Estimate::exact(ours)),
+            runs,
+            reason: "",
+        };
+        let study = |claims| Study { claims, ..Study::new("table-2", "Table II", "") };
+        let [good, bad] = [study(vec![claim(1.0, 0), claim(2.0, 29)]), study(vec![claim(2.0, 30)])];
+        let one =
+            "Summary\n            claims  come out  direction  do not\n  Table II  2       1         0          1\n";
+        let weak = "  1 of these verdicts are weak: they come from fewer than 30 runs, see --runs\n";
+        assert_eq!(summary(&[good, study(vec![])]), format!("{one}{weak}"));
+        let good = study(vec![claim(1.0, 0), claim(2.0, 0)]);
+        let told = summary(&[good, bad]);
+        assert!(told.ends_with("\n  in all    3       1         0          2\n"), "{told}");
     }
 
     #[test]
