@@ -10,7 +10,7 @@ use standoff_sim::text;
 use standoff_view::batch::Batch;
 use standoff_view::page;
 
-use crate::changes::Changes;
+use crate::changes::{Changes, key_and_value};
 use crate::failure::{Failure, note, print};
 use crate::monte_carlo::{failure, maybe, name_width, number};
 use crate::outcome::Wanted;
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     changes: Changes,
     /// Change a value of B alone; may be given several times.
-    #[arg(long, value_name = "KEY=VALUE")]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     set_b: Vec<String>,
     #[command(flatten)]
     wanted: Wanted,
@@ -96,7 +96,7 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
 
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     let load = |name: &str, more: &[String]| {
-        let template = Template::load(name, &args.changes.edits_and(more)).map_err(Failure::Scenario)?;
+        let template = Template::load(name, &args.changes.edits_and(more)?).map_err(Failure::Scenario)?;
         let drawn = template.draw(args.seed).map_err(Failure::Scenario)?;
         drawn.warnings.iter().for_each(|warning| note(&format!("warning: {name}: {warning}")));
         Ok(template)

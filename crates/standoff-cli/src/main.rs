@@ -4,6 +4,7 @@ mod changes;
 mod compare;
 mod failure;
 mod interruption;
+mod folder;
 #[cfg_attr(not(feature = "mcap"), path = "mcap_left_out.rs")]
 mod mcap;
 mod merge;

@@ -50,7 +50,8 @@ pub(crate) struct Args {
     /// Fly only part I of N, from 0 to N - 1, of the runs; standoff merge puts them together.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Folder for the results [default: standoff-out/NAME-seeds-FIRST-to-LAST].
+    /// Folder for the results [default: standoff-out/NAME-seeds-FIRST-to-LAST, and behind it what is changed:
+    /// +KEY=VALUE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -70,14 +71,14 @@ const TELL_EVERY: Duration = Duration::from_secs(60);
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let choice = args.wanted.choice;
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let template = Template::load(name, &args.changes.edits()).map_err(Failure::Scenario)?;
+    let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
     let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(failure)?;
     let first = batch.seed_of(batch.flown().start);
     let drawn = template.draw(first).map_err(Failure::Scenario)?;
     for warning in &drawn.warnings {
         note(&format!("warning: {warning}"));
     }
-    let out = args.out.clone().unwrap_or_else(|| default_out(&template, &batch));
+    let out = args.out.clone().unwrap_or_else(|| default_out(args, &template, &batch));
     // The second time it ends at once: what is complete is safe in any case.
     let interruption = Interruption::expected()?;
     let results = fly(&out, &template, &batch, args.threads, &interruption)?;
@@ -128,10 +129,10 @@ impl Told {
 }
 
 /// The same batch gets the same folder, so that the same command goes on.
-fn default_out(template: &Template, batch: &Batch) -> PathBuf {
+fn default_out(args: &Args, template: &Template, batch: &Batch) -> PathBuf {
     let runs = batch.flown();
     let (first, last) = (batch.seed_of(runs.start), batch.seed_of(runs.end - 1));
-    Path::new("standoff-out").join(format!("{}-seeds-{first}-to-{last}", template.name()))
+    args.changes.folder(args.scenario.as_deref(), template, &format!("seeds-{first}-to-{last}"))
 }
 
 fn fly(

@@ -9,7 +9,7 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use standoff_sim::record::{Closed, Frame, Kept, MAX_ROWS, Occupancy, Writer, in_the_way, occupancy};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::Scenario;
+use standoff_sim::scenario::{Scenario, Template};
 use standoff_sim::text;
 use standoff_sim::world::World;
 use standoff_view::replay::Line;
@@ -46,7 +46,7 @@ pub(crate) struct Args {
     /// Seed of everything random.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Folder for the results [default: standoff-out/NAME-SEED].
+    /// Folder for the results [default: standoff-out/NAME-SEED, and behind it what is changed: +KEY=VALUE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write the mission as an MCAP file, too, for Lichtblick, Foxglove or Rerun (if built with the feature mcap).
@@ -81,7 +81,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input("--listen is where --view serves its page: add --view".into()));
     }
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let scenario = Scenario::load(name, &args.changes.edits(), args.seed).map_err(Failure::Scenario)?;
+    let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
+    let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
     for warning in &scenario.warnings {
         note(&format!("warning: {warning}"));
     }
@@ -95,7 +96,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let out = match &args.out {
         // Without a slash at its end: a link to a folder would be followed half of the way.
         Some(out) => out.components().collect(),
-        None => Path::new("standoff-out").join(format!("{}-{}", scenario.name, scenario.seed)),
+        None => args.changes.folder(args.scenario.as_deref(), &template, &args.seed.to_string()),
     };
     let there = occupancy(&out);
     if there == Occupancy::Other {

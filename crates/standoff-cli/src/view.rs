@@ -143,7 +143,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
 /// A run that is flown to be looked at.
 fn flight(args: &Args) -> Result<Shown, Failure> {
     let name = args.changes.scenario(args.what.first().map(String::as_str), DEFAULT_SCENARIO);
-    let scenario = Scenario::load(name, &args.changes.edits(), args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
+    let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     scenario.warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let watched = Watched::flight(&scenario, false)?;
     let choice = args.metrics.choice;

@@ -238,7 +238,67 @@ fn any_traffic_file_flies_without_a_scenario() {
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&printed["scenario"], &printed["uavs"], &printed["targets"]), (&"two".into(), &3.into(), &2.into()));
     assert_eq!(printed["metrics"]["out_of_view_fraction"], Value::from(0.0));
-    assert!(folder.path().join("standoff-out/two-1/trajectories.svg").exists());
+    let [results] = &names(&folder.path().join("standoff-out"))[..] else { panic!("one folder") };
+    assert!(results.starts_with("two-1+traffic=") && results.ends_with("+uavs=3"), "{results}");
+    assert!(folder.path().join("standoff-out").join(results).join("trajectories.svg").exists());
+}
+
+/// What was flown before is not replaced by something else.
+#[test]
+fn every_change_has_a_folder_of_its_own_whatever_its_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = |x: &str| format!("time_s,vehicle,x_m,y_m\n0,van,{x},0\n10,van,80,0\n");
+    fs::create_dir(folder.path().join("other")).unwrap();
+    fs::write(folder.path().join("van.csv"), csv("0")).unwrap();
+    fs::write(folder.path().join("same.csv"), csv("0")).unwrap();
+    fs::write(folder.path().join("other/van.csv"), csv("1")).unwrap();
+    let results = |args: &[&str]| {
+        let output = standoff(folder.path(), &[&["run"], args].concat());
+        let told = text(&output.stdout);
+        assert_eq!(text(&output.stderr), "", "{args:?}");
+        let (_, out) = told.rsplit_once("results in ").unwrap();
+        assert!(folder.path().join(out.trim_end()).join("run.json").exists(), "{out}");
+        out.trim_end().to_owned()
+    };
+    let short = ["tour/01-one-uav", "--set", "duration_s=2"];
+    let plain = "standoff-out/tour/01-one-uav-1+duration_s=2";
+    assert_eq!(results(&short), plain);
+    let pair = "standoff-out/tour/01-one-uav-1+uavs=2+duration_s=2+guidance.radial_gain=0.5";
+    assert_eq!(results(&[&short[..], &["--set", "guidance.radial_gain=0.5", "--uavs", "2"]].concat()), pair);
+    let quoted = results(&["tour/01-one-uav", "--set", "duration_s=2", "--set", "about=a run/of mine"]);
+    assert!(quoted.starts_with("standoff-out/tour/01-one-uav-1+about=a-run-of-mine+duration_s=2+"), "{quoted}");
+    let van = results(&["--traffic", "van.csv"]);
+    assert!(van.starts_with("standoff-out/van-1+traffic="), "{van}");
+    assert_ne!(van, results(&["--traffic", "other/van.csv"]));
+    let named = results(&["tour/01-one-uav", "--traffic", "other/van.csv", "--set", "duration_s=10"]);
+    assert!(named.starts_with("standoff-out/tour/01-one-uav-1+traffic=van-"), "{named}");
+
+    // The same again: what is set last counts, in whatever order; traffic is what is in the file.
+    let again = |args: &[&str], out: &str| {
+        let output = standoff(folder.path(), &[&["run"], args].concat());
+        assert_eq!(text(&output.stderr), format!("note: replacing the older run in {out}\n"), "{args:?}");
+    };
+    again(&[&["--set", "duration_s = 9"], &short[..]].concat(), plain);
+    let turned = ["--set", "guidance.radial_gain=1", "--set", "guidance.radial_gain=0.5", "--set", "duration_s=2"];
+    again(&[&turned[..], &["tour/01-one-uav", "--uavs", "2"]].concat(), pair);
+    let table = results(&[&short[..], &["--set", "guidance.radial_gain=1", "--set", "guidance={}"]].concat());
+    assert!(table.starts_with(&format!("{plain}+guidance=--+")), "{table}");
+    fs::rename(folder.path().join("same.csv"), folder.path().join("van.csv")).unwrap();
+    again(&["--traffic", "van.csv"], &van);
+}
+
+#[test]
+fn changes_that_cannot_be_meant_are_refused() {
+    for option in ["--set", "--set-b"] {
+        let args = ["compare", "mine.toml", option, "guidance.lead_s", "0"];
+        check_refused(&args, &[option, "a key without its value: write guidance.lead_s=VALUE"]);
+    }
+    check_refused(&["run", "--set", "guidance.lead_s", "0"], &["write guidance.lead_s=VALUE, with = and no space"]);
+    check_refused(
+        &["run", "--uavs", "2", "--set", "uavs.count=3"],
+        &["--uavs 2 and --set uavs.count=3 contradict each other"],
+    );
+    check_refused(&["run", "--set", "uavs={}", "--uavs=2"], &["--uavs 2 and --set uavs={} contradict each other"]);
 }
 
 #[test]

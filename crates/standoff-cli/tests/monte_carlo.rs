@@ -50,7 +50,7 @@ fn json_is_the_summary_with_every_statistic() {
     let args =
         ["monte-carlo", "--runs", "4", "--seed", "3", "--metrics", "table-2", "--json", "--set", "duration_s=40"];
     let json = printed(folder.path(), &args);
-    let out = folder.path().join("standoff-out/paper/table-2-pair-seeds-3-to-6");
+    let out = folder.path().join("standoff-out/paper/table-2-pair-seeds-3-to-6+duration_s=40");
     assert_eq!(json, fs::read_to_string(out.join("summary.json")).unwrap());
     let summary: Value = serde_json::from_str(&json).unwrap();
     let keys = |value: &Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();

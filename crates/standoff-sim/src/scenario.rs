@@ -27,7 +27,7 @@ use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId,
 pub use builtin::{BUILT_IN, BuiltIn, built_in};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub use form::MISTAKES_MAX;
-pub use load::Edits;
+pub use load::{Edits, name_of};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
 pub use locate::Place;
 pub use number::Number;

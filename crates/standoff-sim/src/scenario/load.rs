@@ -42,6 +42,12 @@ pub struct Edits {
     pub uavs: Option<u32>,
 }
 
+/// What a built-in scenario, or that of a file, is called.
+pub fn name_of(name_or_file: &str) -> String {
+    let stem = Path::new(name_or_file).file_stem().filter(|_| built_in(name_or_file).is_none());
+    stem.map_or_else(|| name_or_file.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
 /// A scenario as typed, and where it came from.
 #[derive(Debug, Clone)]
 pub(super) struct Typed {
@@ -81,9 +87,9 @@ struct Edited {
 impl Typed {
     /// Reads the scenario called `name_or_file`, and applies the edits.
     pub(super) fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
-        let path = Path::new(name_or_file);
-        let (mut name, label, text, mut traffic_from) = match built_in(name_or_file) {
-            Some(found) => (found.name.to_owned(), format!("{}.toml", found.name), found.text.to_owned(), None),
+        let mut name = name_of(name_or_file);
+        let (label, text, mut traffic_from) = match built_in(name_or_file) {
+            Some(found) => (format!("{}.toml", found.name), found.text.to_owned(), None),
             None => {
                 let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
                 let folder = path.parent().unwrap_or(Path::new("")).to_owned();
