@@ -1,6 +1,6 @@
 //! `standoff scenarios` and `standoff check`.
 
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, schema};
+use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, built_in_like, schema};
 
 use crate::failure::{Failure, note, print};
 use crate::outcome::count;
@@ -17,7 +17,8 @@ pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
         return print(&list);
     };
     let found = built_in(name).ok_or_else(|| {
-        Failure::Input(format!("{name}: no built-in scenario of that name; `standoff scenarios` lists them"))
+        let like = built_in_like(name).map_or_else(String::new, |like| format!("; {like}"));
+        Failure::Input(format!("{name}: no built-in scenario of that name; `standoff scenarios` lists them{like}"))
     })?;
     print(found.text)
 }

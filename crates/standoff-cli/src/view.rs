@@ -5,10 +5,11 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
+use standoff_sim::disk;
 use standoff_sim::monte_carlo::Results;
 use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Scenario, Settings};
+use standoff_sim::scenario::{Scenario, Settings, built_in, built_in_like};
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
@@ -140,9 +141,30 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     Ok(Shown { watched, work: Box::new(work) })
 }
 
+/// What is named like a folder or a scenario, and is neither.
+fn nothing_there(name: &str) -> Failure {
+    let [partial, file] = [disk::PARTIAL, ".toml"].map(|ending| format!("{}{ending}", name.trim_end_matches('/')));
+    let help = if Path::new(&partial).exists() {
+        format!("what an unfinished run has left is in {partial}")
+    } else if Path::new(&file).is_file() {
+        format!("did you mean {file}?")
+    } else {
+        let lists = "standoff scenarios lists what is built in; where the results of a run are it says at its end";
+        built_in_like(name).unwrap_or_else(|| lists.to_owned())
+    };
+    Failure::Input(format!(
+        "{name}: no folder of results is there, no scenario file, and none of that name is built in; {help}"
+    ))
+}
+
 /// A run that is flown to be looked at.
 fn flight(args: &Args) -> Result<Shown, Failure> {
     let name = args.changes.scenario(args.what.first().map(String::as_str), DEFAULT_SCENARIO);
+    // Folders may have dots in their names, too.
+    let is_file_s = [".toml", ".csv", ".xml", ".gz"].iter().any(|ending| name.to_lowercase().ends_with(ending));
+    if !is_file_s && built_in(name).is_none() && !Path::new(name).exists() {
+        return Err(nothing_there(name));
+    }
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     scenario.warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let watched = Watched::flight(&scenario, false)?;

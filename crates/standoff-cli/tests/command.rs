@@ -288,7 +288,24 @@ fn every_change_has_a_folder_of_its_own_whatever_its_order() {
 }
 
 #[test]
-fn changes_that_cannot_be_meant_are_refused() {
+fn what_may_have_been_meant_is_said() {
+    let figure_9 = "did you mean `paper/figure-9` or `best/figure-9`?";
+    for command in ["run", "check", "view", "scenarios"] {
+        check_refused(&[command, "figure-9"], &[figure_9]);
+        check_refused(&[command, "figure9"], &[figure_9]);
+    }
+    check_refused(&["monte-carlo", "table-2-single", "--runs", "2"], &["did you mean `paper/table-2-single`?"]);
+    check_refused(&["run", "bad"], &["did you mean `bad.toml`?"]);
+    check_refused(&["view", "bad"], &["did you mean bad.toml?"]);
+    check_refused(&["run", "figure-9.toml"], &["cannot be read", figure_9]);
+    for command in ["check", "run", "view"] {
+        check_refused(&[command, "a/city.csv"], &["a traffic file by its name", "standoff run --traffic a/city.csv"]);
+        check_refused(&[command, "city.fcd.xml.gz"], &["standoff run --traffic city.fcd.xml.gz"]);
+    }
+    check_refused(
+        &["view", "standoff-out/mine-2"],
+        &["standoff-out/mine-2: no folder of results is there", "standoff scenarios lists"],
+    );
     for option in ["--set", "--set-b"] {
         let args = ["compare", "mine.toml", option, "guidance.lead_s", "0"];
         check_refused(&args, &[option, "a key without its value: write guidance.lead_s=VALUE"]);

@@ -214,11 +214,14 @@ fn interrupted_while_it_flies_a_watched_run_is_kept_and_can_be_looked_at() {
 fn what_cannot_be_shown_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("empty")).unwrap();
+    fs::create_dir(folder.path().join("half.partial")).unwrap();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let taken = taken.local_addr().unwrap().to_string();
     for (args, status, expected) in [
         (&["view", "empty"][..], 2, "empty"),
-        (&["view", "no/such"], 2, "no/such"),
+        (&["view", "no/such"], 2, "no/such: no folder of results is there"),
+        (&["view", "no/such-1+guidance.lead_s=0"], 2, "such-1+guidance.lead_s=0: no folder of results is there"),
+        (&["view", "half/"], 2, "what an unfinished run has left is in half.partial"),
         (&["view", "--listen", "nowhere"], 2, "--listen"),
         (&["view", "--listen", &taken], 1, &taken),
         (&["run", "tour/02-two-uavs", "--view", "--rate", "0"], 2, "between 0.01 and 10000"),

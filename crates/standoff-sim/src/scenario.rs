@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
 
-pub use builtin::{BUILT_IN, BuiltIn, built_in};
+pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};

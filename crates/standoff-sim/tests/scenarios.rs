@@ -347,6 +347,10 @@ fn an_unknown_name_lists_the_built_in_ones_and_suggests_the_nearest() {
     let far = error("nonsense");
     assert!(far.contains("no such scenario") && far.contains("paper/table-2-pair, "), "{far}");
     assert!(!far.contains("did you mean"), "{far}");
+    let both = "figure-9: no such scenario, built in or as a file (No such file or directory (os error 2)); \
+        did you mean `paper/figure-9` or `best/figure-9`?";
+    assert_eq!(error("figure-9"), both);
+    assert!(error("table-2-pairs").ends_with("; did you mean `paper/table-2-pair` or `best/table-2-pair`?"));
     assert!(error("paper/figure9").ends_with("; did you mean `paper/figure-9`?"), "{}", error("paper/figure9"));
 }
 

@@ -1,5 +1,7 @@
 //! The scenarios that come with the program, by name.
 
+use super::form::nearest;
+
 /// A scenario that comes with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltIn {
@@ -44,4 +46,22 @@ pub(super) const BUILT_IN_TRAFFIC: &[(&str, &[u8])] = &[
 /// The built-in scenario of that name.
 pub fn built_in(name: &str) -> Option<&'static BuiltIn> {
     BUILT_IN.iter().find(|scenario| scenario.name == name)
+}
+
+/// What somebody may have meant who typed the name of no scenario: those of that name in whatever folder, or what is
+/// nearest.
+pub fn built_in_like(typed: &str) -> Option<String> {
+    let typed = typed.strip_suffix(".toml").unwrap_or(typed);
+    let names = || BUILT_IN.iter().map(|scenario| scenario.name);
+    let last = |name: &'static str| name.rsplit_once('/').map_or(name, |(_, last)| last);
+    let called = |wanted: &str| names().filter(|name| last(name) == wanted).collect::<Vec<_>>();
+    let mut alike = called(typed);
+    if alike.is_empty() {
+        alike.extend(nearest(typed, &names().collect::<Vec<_>>()));
+    }
+    if alike.is_empty() {
+        alike = called(nearest(typed, &names().map(last).collect::<Vec<_>>())?);
+    }
+    let alike: Vec<String> = alike.into_iter().map(|name| format!("`{name}`")).collect();
+    Some(format!("did you mean {}?", alike.join(" or ")))
 }

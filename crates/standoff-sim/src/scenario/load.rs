@@ -9,14 +9,14 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
-use super::builtin::{BUILT_IN, built_in};
+use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::check::TARGETS_MAX;
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::file::ScenarioFile;
 use super::form::{self, MISTAKES_MAX};
 use super::locate::{Map, line_around, place_of};
 use crate::input;
-use crate::text::{did_you_mean, escaped, nearest, quoted, words};
+use crate::text::{did_you_mean, escaped, quoted, words};
 
 /// Longer files are refused. As many targets as are allowed, spelt out, are 1 MiB.
 pub(crate) const LENGTH_MAX: u64 = 2 << 20;
@@ -91,9 +91,8 @@ impl Typed {
         let (label, text, mut traffic_from) = match built_in(name_or_file) {
             Some(found) => (format!("{}.toml", found.name), found.text.to_owned(), None),
             None => {
-                let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-                let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-                (stem, name_or_file.to_owned(), read(name_or_file)?, Some(folder))
+                let folder = Path::new(name_or_file).parent().unwrap_or(Path::new("")).to_owned();
+                (name_or_file.to_owned(), read(name_or_file)?, Some(folder))
             }
         };
         let text: Arc<str> = text.into();
@@ -247,15 +246,23 @@ fn on_command_line(message: String, text: &Arc<str>) -> Problem {
 fn read(name: &str) -> Result<String, ScenarioError> {
     let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
     if [".csv", ".xml", ".gz"].iter().any(|ending| name.to_lowercase().ends_with(ending)) {
-        return refuse("is no scenario by its name; fly over traffic with standoff run --traffic FILE");
+        let how = format!("standoff run --traffic {}", words(name));
+        return refuse(&format!("a traffic file by its name, and no scenario; what flies over it is: {how}"));
     }
     let bytes = match input::bytes(Path::new(name), LENGTH_MAX) {
         Ok(bytes) => bytes,
-        Err(reason) if reason.kind() == io::ErrorKind::NotFound && Path::new(name).extension().is_none() => {
-            let names: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
-            let listed = names.join(", ");
-            let message = format!("no such scenario; built in are {listed}; or name a file ({reason})");
-            let help = nearest(name, &names).map(did_you_mean);
+        Err(reason) if reason.kind() == io::ErrorKind::NotFound => {
+            let file = format!("{name}.toml");
+            let help = if Path::new(&file).is_file() { Some(did_you_mean(&words(&file))) } else { built_in_like(name) };
+            let message = match (Path::new(name).extension(), &help) {
+                (Some(_), _) => format!("cannot be read: {reason}"),
+                (None, Some(_)) => format!("no such scenario, built in or as a file ({reason})"),
+                (None, None) => {
+                    let names: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
+                    let listed = names.join(", ");
+                    format!("no such scenario; built in are {listed}; or name a file ({reason})")
+                }
+            };
             return Err(Problem { file: name.to_owned(), place: None, excerpt: None, message, help }.into());
         }
         Err(reason) if reason.kind() == io::ErrorKind::FileTooLarge => {
