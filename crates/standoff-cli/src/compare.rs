@@ -20,8 +20,9 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff compare paper/table-2-pair-basic paper/table-2-pair
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
-  standoff compare paper/table-2-pair --set sensor.range_sd_m=20 --set-b guidance.radial_gain=1 --runs 1000 --json
-  standoff compare batch-1 batch-2                    two folders of standoff monte-carlo
+  standoff compare mine.toml --set uavs.count=3 --set-b guidance.radial_gain=1
+  standoff compare best/figure-9 --set-b guidance.lead_s=0 --runs 1000 --json
+  standoff compare batch-1 batch-2                    folders of monte-carlo
   standoff compare batch-1 batch-2 --report ab.html   and a page to look at";
 
 /// What to compare with what.

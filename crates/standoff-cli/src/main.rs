@@ -2,9 +2,10 @@
 
 mod changes;
 mod compare;
+mod completions;
 mod failure;
-mod interruption;
 mod folder;
+mod interruption;
 #[cfg_attr(not(feature = "mcap"), path = "mcap_left_out.rs")]
 mod mcap;
 mod merge;
@@ -21,7 +22,8 @@ mod yardstick;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use failure::Failure;
 use standoff_sim::text;
 
@@ -29,7 +31,7 @@ use standoff_sim::text;
 ///
 /// Without a command: flies paper/figure-9, prints the outcome, writes the results, says where.
 #[derive(Parser)]
-#[command(name = "standoff", version, after_help = EXAMPLES, disable_help_subcommand = true)]
+#[command(name = "standoff", version, after_help = EXAMPLES, disable_help_subcommand = true, max_term_width = WIDTH)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -78,21 +80,30 @@ enum Command {
         /// A scenario file, or the name of a built-in scenario.
         file: String,
     },
+    /// Print a script with which a shell completes commands, options and names.
+    #[command(after_help = completions::EXAMPLES)]
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
 }
+
+/// Help is no wider, and as wide in a pipe, columns.
+const WIDTH: usize = 100;
 
 const EXAMPLES: &str = "\
 Examples:
-  standoff                                            four UAVs over two groups: the paper's figure 9
+  standoff                                            four UAVs over two groups
   standoff run paper/table-2-pair --seed 7            the paper's pair
   standoff run --traffic city.fcd.xml.gz --uavs 2     over your own traffic
   standoff monte-carlo paper/table-2-pair --runs 200  how it goes on average
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
-                                                      what a change is good for
-  standoff scenarios tour/01-one-uav > mine.toml      start a scenario of your own
+                                                      what a change does
+  standoff scenarios tour/01-one-uav > mine.toml      begin one of your own
   standoff check mine.toml
-  standoff show standoff-out/paper/figure-9-1         tell a finished run again
+  standoff show standoff-out/paper/figure-9-1         tell a run again
   standoff view standoff-out/paper/figure-9-1         look at it in a browser
-  standoff reproduce table-2                          the paper's Table II beside ours
+  standoff reproduce table-2                          the paper's beside ours
 
 Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
 
@@ -130,5 +141,6 @@ fn done() -> Result<(), Failure> {
         Some(Command::Scenarios { schema: true, .. }) => scenarios::show_schema(),
         Some(Command::Scenarios { name, .. }) => scenarios::show(name.as_deref()),
         Some(Command::Check { file }) => scenarios::check(&file),
+        Some(Command::Completions { shell }) => completions::show(shell, Cli::command()),
     }
 }

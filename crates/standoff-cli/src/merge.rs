@@ -14,7 +14,7 @@ Examples:
   standoff monte-carlo paper/figure-9 --runs 1000 --shard 1/2 --out part-1
   standoff merge part-0 part-1 --out all
 
-The result is the same, byte for byte, as that of the whole batch flown in one piece.";
+The result is the same, byte for byte, as that of the batch in one piece.";
 
 /// The parts, and where the whole goes.
 #[derive(Parser)]

@@ -22,9 +22,10 @@ use crate::outcome::{Wanted, count};
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff monte-carlo paper/table-2-pair --runs 200
-  standoff monte-carlo paper/table-2-pair --runs 200 --metrics table-2 --json | jq .metrics.phase_error_deg.ci95
-  standoff monte-carlo mine.toml --runs 10000 --set guidance.lead_s=1 --out lead-1
-  standoff monte-carlo paper/figure-9 --runs 1000 --shard 0/4 --out part-0      one of four parts, see standoff merge
+  standoff monte-carlo mine.toml --runs 99 --json | jq .metrics.anees.ci95
+  standoff monte-carlo mine.toml --runs 10000 --set guidance.lead_s=1 --out lead
+  standoff monte-carlo paper/figure-9 --runs 1000 --shard 0/4 --out part-0
+                              one of four parts, see standoff merge
 
 Stopped by Ctrl-C or anything else, the same command goes on where it was.";
 

@@ -24,9 +24,9 @@ use study::{Study, claims_file, save, save_figures, summary, write};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  standoff reproduce                                   everything, a minute or two
+  standoff reproduce                              everything, a minute or two
   standoff reproduce table-2 --runs 1000
-  standoff reproduce --page docs/validation.md         write the page of all claims, with its figures";
+  standoff reproduce --page docs/validation.md    the page of all claims";
 
 /// What to reproduce, and where the results go.
 #[derive(Parser)]

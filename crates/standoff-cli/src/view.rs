@@ -24,12 +24,12 @@ use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  standoff view                                   fly paper/figure-9 and look at it
-  standoff view standoff-out/paper/figure-9-1     look at a run that has been flown
-  standoff view best/figure-9 --seed 7            fly a scenario and look at it; no results are written
-  standoff view standoff-out/batch                look at many runs (of standoff monte-carlo), replay the worst
+  standoff view                                   fly figure 9, look at it
+  standoff view standoff-out/paper/figure-9-1     look at a run
+  standoff view best/figure-9 --seed 7            fly it; write nothing
+  standoff view standoff-out/batch                look at many runs
   standoff view batch-a batch-b                   compare batches
-  standoff run traffic/city --view                look at a run while it flies";
+  standoff run traffic/city --view                look while it flies";
 
 /// What to look at, and where it is served.
 #[derive(Parser)]

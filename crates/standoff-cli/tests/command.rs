@@ -319,6 +319,55 @@ fn what_may_have_been_meant_is_said() {
 }
 
 #[test]
+fn help_is_as_wide_in_every_pipe_and_examples_stay_in_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut commands = vec![vec!["--help"]];
+    let main = text(&standoff(folder.path(), &["--help"]).stdout);
+    let listed = main.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    // What is told of a command goes on in the next line.
+    let names = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
+    commands.extend(names.map(|name| vec![name, "--help"]));
+    assert_eq!(commands.len(), 11, "{commands:?}");
+    for command in commands {
+        let help = text(&standoff(folder.path(), &command).stdout);
+        let widest = help.lines().max_by_key(|line| line.chars().count()).unwrap();
+        assert!(widest.chars().count() <= 100, "{command:?}: {widest}");
+        for line in help.lines().skip_while(|line| *line != "Examples:") {
+            assert!(line.chars().count() <= 80, "{command:?}: would be broken on a terminal: {line}");
+        }
+    }
+}
+
+/// As bash asks: the script is read, and its function is called with the words so far.
+#[cfg(unix)]
+#[test]
+fn bash_completes_commands_options_and_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let ask = "source <(\"$0\" completions bash) || exit; shift 0; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); \
+        _standoff standoff \"${COMP_WORDS[COMP_CWORD]}\" \"${COMP_WORDS[COMP_CWORD - 1]}\"; echo \"${COMPREPLY[*]}\"";
+    let completed = |words: &[&str]| {
+        let mut bash = Command::new("bash");
+        bash.current_dir(folder.path()).args(["--norc", "-c", ask, env!("CARGO_BIN_EXE_standoff"), "standoff"]);
+        let output = bash.args(words).output().unwrap();
+        assert!(output.status.success() && output.stderr.is_empty(), "{words:?}: {}", text(&output.stderr));
+        text(&output.stdout).trim_end().to_owned()
+    };
+    assert_eq!(completed(&["m"]), "monte-carlo merge");
+    assert_eq!(completed(&["run", "--se"]), "--set --seed");
+    assert_eq!(completed(&["run", "best/"]), "best/table-2-pair best/figure-9");
+    assert_eq!(completed(&["compare", "best/figure-9", "paper/figure-9-"]), "paper/figure-9-basic");
+    assert_eq!(completed(&["view", "tour/04"]), "tour/04-two-groups");
+    assert_eq!(completed(&["reproduce", "table"]), "table-2");
+    assert_eq!(completed(&["run", "mine"]), "", "then bash looks for files");
+    for shell in ["zsh", "fish", "elvish", "powershell"] {
+        let script = text(&standoff(folder.path(), &["completions", shell]).stdout);
+        assert!(script.contains("monte-carlo") && script.contains("no-open"), "{shell}: {script}");
+        // Where names are all that would be completed, files are better.
+        assert_eq!(script.contains("paper/table-2-pair"), shell == "zsh", "{shell}: {script}");
+    }
+}
+
+#[test]
 fn wrong_input_is_refused_with_one_clear_message() {
     let drawn = "error: uavs.count = 0: must be at least 1 and at most 100\n --> bad.toml:2:1\n  |\n2 | count = 0\n  | ^^^^^^^^^\n";
     check_refused(&["run", "bad.toml"], &[drawn]);
