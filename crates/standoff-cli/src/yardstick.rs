@@ -31,7 +31,7 @@ pub(crate) fn of(
     if named.is_some() || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO {
         return Ok(None);
     }
-    let edits = changes.edits_and(&PAPERS_LAW.map(str::to_owned));
+    let edits = changes.edits_and(&PAPERS_LAW.map(str::to_owned))?;
     let scenario = Scenario::load(DEFAULT_SCENARIO, &edits, seed).map_err(Failure::Scenario)?;
     fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(refused(&errors)))
 }

@@ -1,6 +1,6 @@
 //! The scenarios that come with the program, by name.
 
-use super::form::nearest;
+use crate::text::nearest;
 
 /// A scenario that comes with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
