@@ -131,15 +131,13 @@ pub fn fly_into(
     stop: &AtomicBool,
     mut tell: impl FnMut(Progress),
 ) -> Result<Results, MonteCarloError> {
-    if let Some(complete) = batch.find_in(dir)? {
-        journal::remove_left_over(dir);
+    if let Some(complete) = find_complete(dir, batch, stop)? {
         return Ok(complete);
     }
     let choice = batch.choice()?;
     let mut journal = Journal::open(dir, batch)?;
     // Another process may have completed the batch while this one waited for its turn.
-    if let Some(complete) = batch.find_in(dir)? {
-        journal.remove()?;
+    if let Some(complete) = find_complete(dir, batch, stop)? {
         return Ok(complete);
     }
     let before = journal.count(stop)?;
@@ -166,6 +164,21 @@ pub fn fly_into(
     let results = results::write(dir, batch, journal.complete_rows(stop)?, stop)?;
     journal.remove()?;
     Ok(results)
+}
+
+/// The results of a batch that is complete in `dir`. What lies beside its rows is put right, and what a process that ended
+/// in its last steps has left there is removed.
+fn find_complete(dir: &Path, batch: &Batch, stop: &AtomicBool) -> Result<Option<Results>, MonteCarloError> {
+    let complete = batch.find_in(dir)?;
+    if let Some(results) = &complete {
+        match results.mend_summary(stop) {
+            // The rows are complete all the same: the next time will do for the rest.
+            Err(MonteCarloError::Interrupted) => {}
+            mended => mended?,
+        }
+        journal::remove_left_over(dir);
+    }
+    Ok(complete)
 }
 
 /// Refuses to go on with runs that this program flies otherwise: the first one there is flown again.

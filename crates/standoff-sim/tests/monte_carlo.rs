@@ -158,6 +158,58 @@ fn what_is_complete_is_not_flown_again() {
     assert_eq!(calls.get(), called, "a complete batch was begun again");
 }
 
+/// What a process that ended in its last steps has left is removed, and a summary that is not that of the rows made anew:
+/// flown or merged.
+#[test]
+fn a_complete_batch_is_put_right() {
+    let home = tempfile::tempdir().unwrap();
+    let at = |name: &str| home.path().join(name);
+    let template = pair(&[]);
+    let (whole, parts) = (batch(&template, 4, None), [at("0"), at("1")]);
+    for (index, part) in (0..).zip(&parts) {
+        fly_whole(part, &template, &batch(&template, 4, Some((index, 2))), 1);
+    }
+    fly_whole(&at("undisturbed"), &template, &whole, 1);
+    let _ = fly_until(&at("begun"), &template, &whole, 1, 1);
+    let journal = fs::read(at("begun").join("monte-carlo.journal")).unwrap();
+    let again: [&dyn Fn(); 2] =
+        [&|| drop(fly_whole(&at("out"), &template, &whole, 1)), &|| drop(merge(&parts, &at("out")).unwrap())];
+    again[0]();
+    for again in again {
+        for damage in [Some(&b"{}"[..]), Some(&[b' '; 100_000]), None] {
+            match damage {
+                Some(bytes) => fs::write(at("out").join("summary.json"), bytes).unwrap(),
+                None => fs::remove_file(at("out").join("summary.json")).unwrap(),
+            }
+            fs::write(at("out").join("monte-carlo.journal"), &journal).unwrap();
+            again();
+            check_same(&at("undisturbed"), &at("out"));
+        }
+    }
+}
+
+/// Who flies the same batch waits for the other process; who flies another one would wait in vain.
+#[test]
+fn a_batch_in_progress_is_told_from_another_one() {
+    let home = tempfile::tempdir().unwrap();
+    let template = pair(&[]);
+    let (whole, other) = (batch(&template, 4, None), batch(&template, 5, None));
+    let refused = |batch: &Batch| fly_until(home.path(), &template, batch, 1, u64::MAX).map(drop).unwrap_err();
+    let (tries, never) = (Cell::new(0), AtomicBool::new(false));
+    fly_into(home.path(), &template, &whole, threads(1), &never, |_| {
+        if tries.replace(tries.get() + 1) == 0 {
+            let error = refused(&whole);
+            assert!(error.to_string().contains("another run is writing") && !error.is_wrong_input(), "{error}");
+            let error = refused(&other);
+            assert!(error.to_string().contains("holds another batch: the number of runs is 4, not 5"), "{error}");
+            let error = Results::open(home.path()).map(drop).unwrap_err();
+            assert!(error.to_string().contains("another run is writing") && !error.is_wrong_input(), "{error}");
+        }
+    })
+    .unwrap();
+    assert!(tries.get() > 0);
+}
+
 /// Each thing that determines a batch: going on with another one is refused, by name, and nothing is touched.
 #[test]
 fn another_batch_is_refused_with_what_differs() {

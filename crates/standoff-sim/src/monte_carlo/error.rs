@@ -71,7 +71,7 @@ pub enum MonteCarloError {
         problem: String,
     },
     /// So many threads cannot be started.
-    #[error("cannot start {threads} threads: {reason}; ask for fewer")]
+    #[error("cannot start {threads} threads: {reason}; ask for fewer with --threads, or allow more (ulimit -u)")]
     Threads {
         /// How many were asked for.
         threads: usize,
@@ -163,7 +163,7 @@ impl MonteCarloError {
     pub fn is_wrong_input(&self) -> bool {
         match self {
             Self::Interrupted | Self::NotFinite { .. } | Self::Threads { .. } => false,
-            Self::File(error) => !matches!(error, RecordError::Write { .. } | RecordError::InUse { .. }),
+            Self::File(error) => error.is_wrong_input(),
             _ => true,
         }
     }

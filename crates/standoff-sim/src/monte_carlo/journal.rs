@@ -42,6 +42,11 @@ pub(super) fn is_in(dir: &Path) -> bool {
     dir.join(JOURNAL).is_file()
 }
 
+/// Another process writes the journal in `dir`.
+pub(super) fn is_in_use(dir: &Path) -> bool {
+    File::open(dir.join(JOURNAL)).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
 /// Removes the journal that a complete batch has left, if it has.
 pub(super) fn remove_left_over(dir: &Path) {
     // It is in nobody's way.
@@ -86,7 +91,11 @@ impl Journal {
         let mut file =
             File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(refused)?;
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(RecordError::InUse { dir: dir.to_owned() }.into()),
+            Err(TryLockError::WouldBlock) => {
+                // Of another batch nobody needs to wait for the end.
+                read_head(&mut file, &path)?.map_or(Ok(()), |there| batch.must_be(&there, dir))?;
+                return Err(RecordError::InUse { dir: dir.to_owned() }.into());
+            }
             // Where files cannot be locked, batches are trusted to have folders of their own.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
@@ -198,7 +207,11 @@ impl Journal {
     /// Ends the journal: its runs are kept elsewhere.
     pub(super) fn remove(self) -> Result<(), MonteCarloError> {
         let path = self.dir.join(JOURNAL);
-        Ok(fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))?)
+        match fs::remove_file(&path) {
+            // Another process has found the batch complete meanwhile.
+            Err(reason) if reason.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => Ok(removed.map_err(|reason| RecordError::write(&path, reason))?),
+        }
     }
 
     fn refused(&self, reason: io::Error) -> MonteCarloError {

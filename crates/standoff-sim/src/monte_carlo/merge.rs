@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::journal::Journal;
-use super::{MonteCarloError, Results, Shard, results};
+use super::{MonteCarloError, Results, Shard, find_complete, results};
 use crate::text;
 
 /// Merges the complete shards in `dirs`, in any order, into the batch in `out`. A merged batch is not merged again.
@@ -45,7 +45,8 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     }
 
     let whole = first.batch().whole();
-    if let Some(complete) = whole.find_in(out)? {
+    let never = AtomicBool::new(false);
+    if let Some(complete) = find_complete(out, &whole, &never)? {
         return Ok(complete);
     }
     parts.sort_by_key(|(shard, _)| *shard);
@@ -55,7 +56,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
         Ok(rows) => Box::new(rows) as Box<dyn Iterator<Item = _>>,
         Err(error) => Box::new(std::iter::once(Err(error))),
     });
-    let merged = results::write(out, &whole, rows, &AtomicBool::new(false))?;
+    let merged = results::write(out, &whole, rows, &never)?;
     journal.remove()?;
     Ok(merged)
 }

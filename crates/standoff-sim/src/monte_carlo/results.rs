@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::journal::{MAX_BATCH, check_format};
+use super::journal::{self, MAX_BATCH, check_format};
 use super::settings::{Settings, settings_of};
 use super::{Batch, MonteCarloError, Shard, Statistics, Values, pooled_root_ratio};
 use crate::disk::{self, PARTIAL};
@@ -114,12 +114,15 @@ impl Results {
     /// standoff wrote it.
     pub fn open(dir: &Path) -> Result<Self, MonteCarloError> {
         if !are_in(dir) {
+            // What cannot be looked into may hold results.
+            let found = fs::metadata(dir.join(RUNS));
+            let reason = found.err().filter(|reason| reason.kind() == io::ErrorKind::PermissionDenied);
             let dir = dir.to_owned();
-            let unfinished = super::journal::is_in(&dir);
-            return Err(if unfinished {
-                MonteCarloError::Unfinished { dir }
-            } else {
-                MonteCarloError::NoResults { dir }
+            return Err(match reason {
+                Some(reason) => RecordError::read(&dir, reason).into(),
+                None if journal::is_in_use(&dir) => RecordError::InUse { dir }.into(),
+                None if journal::is_in(&dir) => MonteCarloError::Unfinished { dir },
+                None => MonteCarloError::NoResults { dir },
             });
         }
         let path = dir.join(MANIFEST);
@@ -155,6 +158,16 @@ impl Results {
     /// The statistics, from the rows.
     pub fn summary(&self) -> Result<Summary, MonteCarloError> {
         self.runs()?.summary()
+    }
+
+    /// Writes the summary again if it is not what the rows come to.
+    pub(super) fn mend_summary(&self, stop: &AtomicBool) -> Result<(), MonteCarloError> {
+        let text = summary_text(&self.dir, &self.runs()?, stop)?;
+        let there = input::bytes(&self.dir.join(SUMMARY), text.len() as u64);
+        if !there.is_ok_and(|there| there == text.as_bytes()) {
+            self.add(SUMMARY, &text)?;
+        }
+        Ok(())
     }
 
     /// Puts one more file beside those of the batch, as safely: it is there whole, or not at all.
@@ -214,12 +227,16 @@ pub(super) fn write(
     table.finish()?;
     let manifest = Manifest { batch: batch.clone(), runs_crc32: checksum(&partial)? };
     let unwritable = |error: serde_json::Error| RecordError::write(dir, error.into());
-    save(dir, SUMMARY, &Runs::open(batch, partial.clone())?.summary_unless(stop)?.json().map_err(unwritable)?)?;
+    save(dir, SUMMARY, &summary_text(dir, &Runs::open(batch, partial.clone())?, stop)?)?;
     save(dir, MANIFEST, &(serde_json::to_string_pretty(&manifest).map_err(unwritable)? + "\n"))?;
     let path = dir.join(RUNS);
     fs::rename(&partial, &path).map_err(|reason| RecordError::write(&path, reason))?;
     sync_folder(dir)?;
     Ok(Results { dir: dir.to_owned(), manifest })
+}
+
+fn summary_text(dir: &Path, runs: &Runs<'_>, stop: &AtomicBool) -> Result<String, MonteCarloError> {
+    Ok(runs.summary_unless(stop)?.json().map_err(|error| RecordError::write(dir, error.into()))?)
 }
 
 fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
