@@ -65,6 +65,11 @@ fn drawn(problem: &Problem) -> String {
     renderer.render(&[told.elements(help)])
 }
 
+/// A thread could not be started.
+pub(crate) fn no_thread(reason: io::Error) -> Failure {
+    Failure::running(format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)"))
+}
+
 /// What is wrong with parameters, a line each.
 pub(crate) fn refused(errors: &[ParamError]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")

@@ -1,9 +1,9 @@
 //! Ctrl-C: work is ended in order, where it would otherwise end in the middle.
 
 use std::panic::resume_unwind;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -51,12 +51,28 @@ impl Interruption {
 
     /// Does what nobody needs any more once it has come: `None` then, and the work is left where it is, to end with the
     /// process at the latest.
+    ///
+    /// Where no thread can be started, it is done here, to its end.
     pub(crate) fn unless_come<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+        self.unless_come_on(thread::Builder::new(), work)
+    }
+
+    fn unless_come_on<T: Send + 'static>(
+        &self,
+        thread: thread::Builder,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Option<T> {
         if self.has_come() {
             return None;
         }
         let (give, result) = channel();
-        let worker = thread::spawn(move || give.send(work()));
+        // A thread that does not start takes what it was given with it.
+        let work = Arc::new(Mutex::new(Some(work)));
+        let take = |work: &Mutex<Option<_>>| work.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let given = Arc::clone(&work);
+        let Ok(worker) = thread.spawn(move || take(&given).map(|work| give.send(work()))) else {
+            return take(&work).map(|work| work());
+        };
         loop {
             match result.recv_timeout(GLANCE) {
                 Ok(done) => return Some(done),
@@ -84,6 +100,15 @@ mod tests {
         };
         assert_eq!(interruption.unless_come(endless), None::<()>);
         assert_eq!(interruption.unless_come(|| 7), None);
+    }
+
+    /// As much stack as there is no room for keeps a thread from being started, whoever asks.
+    #[test]
+    fn work_is_done_where_no_thread_can_be_started() {
+        let here = thread::current().id();
+        let endless = thread::Builder::new().stack_size(1 << 60);
+        let done = Interruption(Arc::default()).unless_come_on(endless, move || thread::current().id() == here);
+        assert_eq!(done, Some(true));
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod yardstick;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use failure::Failure;
@@ -114,6 +115,15 @@ fn main() -> ExitCode {
     done().map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
 }
 
+/// Which arguments are not UTF-8: who parses them says only that one is.
+fn not_text() -> Failure {
+    let arguments: Vec<_> = std::env::args_os().filter(|argument| argument.to_str().is_none()).collect();
+    let shown: Vec<_> = arguments.iter().map(|argument| text::quoted(&argument.to_string_lossy())).collect();
+    let advice =
+        "only files and folders after an option may be called so: rename it, or go into the folder and call it .";
+    Failure::Input(format!("{}: not UTF-8 text; {advice}", shown.join(", ")))
+}
+
 fn done() -> Result<(), Failure> {
     if let Some(long) = std::env::args_os().find(|argument| argument.len() > ARGUMENT_MAX) {
         let (shown, bytes) = (text::quoted(&long.to_string_lossy()), long.len());
@@ -122,6 +132,7 @@ fn done() -> Result<(), Failure> {
     }
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
+        Err(misused) if misused.kind() == ErrorKind::InvalidUtf8 => return Err(not_text()),
         // It repeats arguments as they are.
         Err(misused) if misused.use_stderr() => {
             let told = misused.render().to_string();

@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let results = fly(&out, &template, &batch, args.threads, &interruption)?;
     let (flown, json) = (results.clone(), args.json);
     let told = interruption.unless_come(move || Told::of(&flown, json)).ok_or_else(|| {
-        let (runs, out) = (batch.flown(), out.display());
+        let (runs, out) = (batch.flown(), text::path(&out));
         let runs = count_runs(runs.end - runs.start);
         Failure::running(format!("interrupted; {runs} are complete in {out}: the same command tells what they came to"))
     })?;
@@ -147,14 +147,14 @@ fn fly(
     let flown = fly_into(out, template, batch, threads, interruption.flag(), |progress| teller.tell(progress));
     teller.bar.finish_and_clear();
     if flown.is_ok() && teller.last.is_none() {
-        note(&format!("note: {} was complete already; nothing is flown again", out.display()));
+        note(&format!("note: {} was complete already; nothing is flown again", text::path(out)));
     }
     flown.map_err(|error| {
         let kept = match teller.last {
-            Some(Progress { done, of, .. }) => format!("{done} of {} are kept in {}", count_runs(of), out.display()),
+            Some(Progress { done, of, .. }) => format!("{done} of {} are kept in {}", count_runs(of), text::path(out)),
             // It has not come to count them.
             None if matches!(error, MonteCarloError::Interrupted) => {
-                format!("what is complete is kept in {}", out.display())
+                format!("what is complete is kept in {}", text::path(out))
             }
             None => return failure(error),
         };
@@ -229,7 +229,7 @@ fn table(summary: &Summary, results: &Results) -> String {
         }
         text += "\n";
     }
-    text + &format!("\nresults in {}\n", results.dir().display())
+    text + &format!("\nresults in {}\n", text::path(results.dir()))
 }
 
 /// How wide the column of the metrics' names is: most are short, and tables of the usual ones look alike.

@@ -100,13 +100,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let there = occupancy(&out);
     if there == Occupancy::Other {
-        let (what, advice) = (text::words(&in_the_way(&out)), "choose another folder with --out");
-        return Err(Failure::Input(format!("{}: holds something other than a run ({what}); {advice}", out.display())));
+        return Err(of_record(in_the_way(&out)));
     }
     let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
     if there == Occupancy::OlderRun {
-        note(&format!("note: replacing the older run in {}", out.display()));
+        note(&format!("note: replacing the older run in {}", text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
     let flown = fly(&scenario, &out, &interruption, |frame| {
@@ -123,11 +122,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // If that file has failed, the record is published all the same.
     let filed = mcap.map_or(Ok(()), Mcap::close);
     // Where there is no room for figures, the record, which is complete, is published all the same.
-    let (dir, choice) = (closed.dir().to_owned(), args.metrics.choice);
-    let told = interruption.unless_come(move || tell(&dir, choice));
+    let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.choice);
+    let told = interruption.unless_come(move || tell(&dir, &place, choice));
     closed.publish().map_err(Failure::running)?;
     let Told { outcome, written } = told.ok_or_else(|| {
-        let out = out.display();
+        let out = text::path(&out);
         Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
     })??;
     let yardstick = yardstick::of(args.scenario.as_deref(), &args.changes, args.seed, choice)?;
@@ -185,7 +184,7 @@ fn fly(
     let names = World::names(scenario);
     let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(of_record)?;
     if let Some(older) = writer.set_aside() {
-        note(&format!("note: an unfinished run is kept in {} until this one is complete", older.display()));
+        note(&format!("note: an unfinished run is kept in {} until this one is complete", text::path(older)));
     }
     let progress = progress(mission.frames());
     while !interruption.has_come() {
@@ -209,7 +208,7 @@ fn broken_off(error: impl Display, kept: Option<Kept>) -> Failure {
     let kept = kept.map_or_else(
         || "nothing was kept of the run".to_owned(),
         |Kept { dir, until_s }| {
-            let dir = dir.display();
+            let dir = text::path(&dir);
             format!("the run is kept up to {until_s} s in {dir}, unfinished: standoff show {dir} tells it")
         },
     );

@@ -19,7 +19,7 @@ const REPORT_ROWS: u64 = 300_000;
 
 /// `standoff show`: tells a run again; its summary and figures are made anew. Of an unfinished one it tells what there is.
 pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
-    let Told { outcome, written } = tell(dir, choice)?;
+    let Told { outcome, written } = tell(dir, dir, choice)?;
     outcome.print(json, dir, Telling { per_target: true, ..Telling::default() })?;
     written
 }
@@ -31,9 +31,10 @@ pub(crate) struct Told {
     pub(crate) written: Result<(), Failure>,
 }
 
-/// Scores and draws the record in `dir`; puts summary, figures and page beside it.
-pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
-    let record = Record::open(dir).map_err(Failure::input)?;
+/// Scores and draws the record in `dir`; puts summary, figures and page beside it. Messages name `place`, where it will
+/// lie by then.
+pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Failure> {
+    let record = Record::open(dir).map_err(of_record)?;
     tell_end(&record);
     if !record.has_truth() {
         note("note: the record has no truth table; scores that need it are missing");
@@ -77,10 +78,17 @@ pub(crate) fn tell(dir: &Path, choice: Choice) -> Result<Told, Failure> {
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
+    let save = |name: &str, text: &str| {
+        disk::save_quickly(&dir.join(name), text).map_err(|reason| {
+            let (path, place) = (text::path(&place.join(name)), text::path(place));
+            let advice = format!("the record itself is there: standoff show {place} makes what is missing");
+            Failure::running(format!("cannot write {path}: {reason}; {advice}"))
+        })
+    };
     let write = || {
-        figures.iter().try_for_each(|figure| save(&dir.join(format!("{}.svg", figure.name)), &figure.svg))?;
-        save(&dir.join("summary.json"), &outcome.json().map_err(Failure::running)?)?;
-        save(&dir.join("report.html"), &page::report(&head, &parts).map_err(Failure::running)?)
+        figures.iter().try_for_each(|figure| save(&format!("{}.svg", figure.name), &figure.svg))?;
+        save("summary.json", &outcome.json().map_err(Failure::running)?)?;
+        save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
     };
     let written = write();
     Ok(Told { outcome, written })
@@ -142,5 +150,5 @@ pub(crate) fn setup(title: String, settings: &Settings) -> Setup {
 
 /// Writes a file, whole or not at all.
 pub(crate) fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    disk::save_quickly(path, text).map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))
+    disk::save_quickly(path, text).map_err(|reason| Failure::running(format!("{}: {reason}", text::path(path))))
 }

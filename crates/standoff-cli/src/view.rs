@@ -11,12 +11,14 @@ use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Settings, built_in, built_in_like};
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
+use standoff_sim::text;
 use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::Changes;
-use crate::failure::{Failure, note, print, refused};
+use crate::failure::{Failure, no_thread, note, print, refused};
 use crate::interruption::Interruption;
+use crate::monte_carlo::failure;
 use crate::outcome::{Wanted, lines};
 use crate::run::DEFAULT_SCENARIO;
 use crate::tell::{of_record, settings_of, tell_end};
@@ -66,7 +68,8 @@ fn show(shown: Shown, args: &Args) -> Result<(), Failure> {
     let interruption = Interruption::expected()?;
     let server = args.served.serve(site, print)?;
     note("Ctrl-C ends it.");
-    let work = thread::spawn(move || (shown.work)(shown.watched).map_err(|failure| failure.told()));
+    let work = thread::Builder::new().spawn(move || (shown.work)(shown.watched).map_err(|failure| failure.told()));
+    let work = work.map_err(no_thread)?;
     interruption.wait(None);
     drop(server);
     // What is not done yet is not needed any more.
@@ -82,8 +85,8 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
     let traffic = args.changes.only_traffic().filter(|_| args.seed.is_none()).ok_or_else(|| {
         Failure::Input("--uavs, --set and --seed are for a scenario, not for runs that have been flown".to_owned())
     })?;
-    let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(Failure::input)?;
-    let batch = Batch::of(&results).map_err(Failure::input)?;
+    let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(failure)?;
+    let batch = Batch::of(&results).map_err(failure)?;
     let template = |results: &Results| {
         let template = results.batch().template(traffic);
         template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
@@ -118,7 +121,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
             "--traffic, --uavs, --set and --seed are for a scenario, not for a run that has been flown".into(),
         ));
     }
-    let record = Record::open(dir).map_err(Failure::input)?;
+    let record = Record::open(dir).map_err(of_record)?;
     tell_end(&record);
     let settings = settings_of(&record)?;
     let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false)?;
@@ -131,7 +134,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
             match frame {
                 Ok(frame) => told.frame(&frame),
                 Err(error) => {
-                    note(&format!("error: {}: {error}; what is before can be seen", dir.display()));
+                    note(&format!("error: {}: {error}; what is before can be seen", text::path(&dir)));
                     break;
                 }
             }

@@ -394,7 +394,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
         &["orbit.radius_max_m = 1", "not smaller than radius_min_m"],
     );
     check_refused(&["run", "--set", "sensor.field_of_view_deg=5"], &["field_of_view_margin_deg = 10", "below 5"]);
-    check_refused(&["run", "--out", "mine"], &["mine: holds something other than a run (thesis.tex)"]);
+    check_refused(&["run", "--out", "mine"], &["mine holds something other than a run of standoff (thesis.tex)"]);
     check_refused(&["run", "--metrics", "speed"], &["--metrics", "no such metric", "position_error_m"]);
     check_refused(&["run", "--metrics", ","], &["--metrics", "names no metric"]);
     check_refused(&["show", "mine"], &["mine"]);

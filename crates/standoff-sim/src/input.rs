@@ -43,6 +43,25 @@ pub(crate) fn wide_encoding(head: &[u8]) -> Option<&'static str> {
     }
 }
 
+/// What is wrong is what was named, and not the machine: a file of another kind or size (which is found out here, without
+/// the system's help), none at all, or one that is not for everybody.
+pub(crate) fn is_wrong(reason: &io::Error) -> bool {
+    use io::ErrorKind::{InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
+    let wrong = [InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied];
+    reason.raw_os_error().is_none() || wrong.contains(&reason.kind())
+}
+
+/// What to do about a file that cannot be read or written; `usual` is for most reasons.
+pub(crate) fn advice<'a>(reason: &io::Error, usual: &'a str) -> &'a str {
+    // EMFILE and ENFILE: their kinds have no names yet.
+    let too_many_open = cfg!(unix) && matches!(reason.raw_os_error(), Some(23 | 24));
+    match reason.kind() {
+        _ if too_many_open => "end other programs, or allow more (ulimit -n)",
+        io::ErrorKind::PermissionDenied => "check its permissions, or name what is yours",
+        _ => usual,
+    }
+}
+
 fn too_large(bytes: u64, most: u64) -> io::Error {
     let message = format!("it has {}; at most {}", size(bytes), size(most));
     io::Error::new(io::ErrorKind::FileTooLarge, message)
@@ -82,6 +101,18 @@ mod tests {
             open(Path::new("/dev/zero"), 9).unwrap_err().to_string(),
             "it is a pipe or a device, not a file; write what it gives to a file"
         );
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn what_the_machine_lacks_is_nobodys_wrong_input() {
+        let system = io::Error::from_raw_os_error;
+        for (wrong, codes) in [(true, &[2, 13, 20, 21][..]), (false, &[5, 12, 23, 24])] {
+            assert!(codes.iter().all(|&code| is_wrong(&system(code)) == wrong), "{codes:?}");
+        }
+        assert!(is_wrong(&too_large(2, 1)));
+        assert_eq!(advice(&system(24), "usual"), "end other programs, or allow more (ulimit -n)");
+        assert_eq!((advice(&system(5), "usual"), advice(&too_large(2, 1), "usual")), ("usual", "usual"));
     }
 
     #[test]

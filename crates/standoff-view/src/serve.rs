@@ -146,11 +146,14 @@ impl Server {
         let address = listener.local_addr()?;
         let (stop, stopped) = watch::channel(());
         let serve = move || {
+            // A call of the site that is still under way then is not waited for.
             runtime.block_on(connection::serve(listener, address, site, limits, stopped));
-            // A call of the site that is still under way is not waited for.
-            runtime.shutdown_background();
         };
-        let thread = thread::Builder::new().name("server".into()).spawn(serve)?;
+        let thread = thread::Builder::new().name("server".into()).spawn(serve);
+        let thread = thread.map_err(|reason| {
+            let what = format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)");
+            io::Error::new(reason.kind(), what)
+        })?;
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 

@@ -6,14 +6,18 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 
 use super::folder;
-use crate::text;
+use crate::{input, text};
 
 /// Why a record cannot be written or read. The message is complete: it has no source to append.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The operating system refused to write.
-    #[error("cannot write {}: {reason}; check its folder, its permissions and the free space", text::path(path))]
+    #[error(
+        "cannot write {}: {reason}; {}",
+        text::path(path),
+        input::advice(reason, "check its folder, its permissions and the free space")
+    )]
     Write {
         /// What was to be written or moved.
         path: PathBuf,
@@ -21,7 +25,14 @@ pub enum RecordError {
         reason: io::Error,
     },
     /// The operating system refused to read.
-    #[error("cannot read {}: {reason}; check that the record is complete, or run it again", text::path(path))]
+    #[error(
+        "cannot read {}: {reason}; {}",
+        text::path(path),
+        input::advice(reason, match input::is_wrong(reason) {
+            true => "check that the record is complete, or run it again",
+            false => "try again, and check the disk if it comes back",
+        })
+    )]
     Read {
         /// What was to be read.
         path: PathBuf,
@@ -90,6 +101,17 @@ pub enum RecordError {
         /// What in it is not a run's.
         what: String,
     },
+    /// An older run lies where the record should go, and cannot be removed.
+    #[error(
+        "the run in {} could not be removed to make room: {reason}; remove it if it is yours, or name another folder",
+        text::path(dir)
+    )]
+    NotRemovable {
+        /// The older run.
+        dir: PathBuf,
+        /// The system's reason.
+        reason: io::Error,
+    },
     /// Another run is writing the same record.
     #[error("another run is writing {}; wait until it ends, or name another folder", text::path(dir))]
     InUse {
@@ -101,6 +123,18 @@ pub enum RecordError {
     NoName {
         /// The name as given.
         dir: PathBuf,
+    },
+    /// The name leaves no room for what standoff adds to it.
+    #[error(
+        "{} has a name of {bytes} bytes; at most {}, because standoff adds to it while it writes: name another folder",
+        text::path(dir),
+        folder::MAX_NAME
+    )]
+    LongName {
+        /// The name as given.
+        dir: PathBuf,
+        /// Its length.
+        bytes: usize,
     },
     /// The name is one that standoff gives to runs that are not whole yet, or are being replaced.
     #[error(
@@ -155,7 +189,11 @@ impl RecordError {
     /// What was named is not what it should be; otherwise something failed on the way.
     #[must_use]
     pub fn is_wrong_input(&self) -> bool {
-        !matches!(self, Self::Write { .. } | Self::InUse { .. } | Self::NotMoved { .. } | Self::NotFinite { .. })
+        match self {
+            Self::Read { reason, .. } => input::is_wrong(reason),
+            Self::Write { .. } | Self::InUse { .. } | Self::NotMoved { .. } | Self::NotFinite { .. } => false,
+            _ => true,
+        }
     }
 
     pub(crate) fn write(path: &Path, reason: io::Error) -> Self {
@@ -174,11 +212,6 @@ impl RecordError {
         Self::Damaged { path, what }
     }
 
-    pub(crate) fn occupied(dir: &Path) -> Self {
-        let (dir, what) = (dir.to_owned(), folder::in_the_way(dir));
-        Self::Occupied { dir, what }
-    }
-
     pub(super) fn foreign(path: &Path, what: String) -> Self {
         let path = path.to_owned();
         Self::Foreign { path, what }
@@ -189,13 +222,21 @@ impl RecordError {
         Self::write(path, system_reason(error).unwrap_or_else(io::Error::other))
     }
 
-    /// Of the parquet crate while reading: a failing disk is not a damaged file.
+    /// Of the parquet crate while reading.
     pub(super) fn parquet_read(path: &Path, error: ParquetError) -> Self {
         match system_reason(error) {
-            Ok(reason) if reason.raw_os_error().is_some() => Self::read(path, reason),
-            Ok(reason) => Self::damaged(path, reason.to_string()),
+            Ok(reason) => Self::bad_bytes(path, reason),
             Err(error) => Self::damaged(path, error.to_string()),
         }
+    }
+
+    /// Of what looks at bytes: a failing disk is not a damaged file.
+    pub(super) fn bad_bytes(path: &Path, reason: io::Error) -> Self {
+        // Where a file breaks off, or says that it has more than any file, the disk is not to blame.
+        if reason.raw_os_error().is_some() && reason.kind() != io::ErrorKind::InvalidInput {
+            return Self::read(path, reason);
+        }
+        Self::damaged(path, reason.to_string())
     }
 }
 

@@ -1,5 +1,6 @@
 //! The folder of a record: what may be replaced or removed, and what is never touched.
 
+use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -37,14 +38,23 @@ pub fn occupancy(dir: &Path) -> Occupancy {
     }
 }
 
-/// What at `dir` keeps it from being replaced, for people: of several things the first by name.
+/// Why what lies at `dir` is not replaced: of several things in the way the first by name.
 #[must_use]
-pub fn in_the_way(dir: &Path) -> String {
-    if fs::symlink_metadata(dir).is_ok_and(|found| !found.is_dir()) {
-        return NO_FOLDER.to_owned();
-    }
-    let other = first_in(dir, |entry| !is_ours(entry).unwrap_or(false));
-    other.unwrap_or_else(|| format!("{MANIFEST} is none or no record's"))
+pub fn in_the_way(dir: &Path) -> RecordError {
+    let what = match contents(dir) {
+        Err(reason) => return RecordError::read(dir, reason),
+        Ok(_) if !dir.is_dir() || dir.is_symlink() => NO_FOLDER.to_owned(),
+        Ok(_) => {
+            let other = first_in(dir, |entry| !is_ours(entry).unwrap_or(false));
+            match (other, Manifest::read(dir)) {
+                (Some(other), _) => other,
+                (None, Err(error @ RecordError::Read { .. })) => return error,
+                (None, _) => format!("{MANIFEST} is none or no record's"),
+            }
+        }
+    };
+    let dir = dir.to_owned();
+    RecordError::Occupied { dir, what }
 }
 
 /// What is said of something in the way that is no folder.
@@ -60,6 +70,9 @@ pub(crate) fn first_in(dir: &Path, counts: impl Fn(&fs::DirEntry) -> bool) -> Op
 /// What a record is called that another one will replace, until that one is whole: as nobody calls a copy of their own,
 /// because it is removed then.
 const OLDER: &str = ".standoff-older";
+
+/// Longest name of a record's folder, bytes: with the longest that is added to it, as long as file systems allow.
+pub(super) const MAX_NAME: usize = 255 - OLDER.len();
 
 /// The folder in which a record grows.
 pub(super) struct Growing {
@@ -115,6 +128,11 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
         let dir = dir.to_owned();
         return Err(RecordError::Reserved { dir });
     }
+    let bytes = dir.file_name().map_or(0, OsStr::len);
+    if bytes > MAX_NAME {
+        let dir = dir.to_owned();
+        return Err(RecordError::LongName { dir, bytes });
+    }
     let (partial, older) = (beside(dir, PARTIAL), beside(dir, OLDER));
     let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());
     let made: Vec<PathBuf> = parents.take_while(|parent| !parent.exists()).map(Path::to_owned).collect();
@@ -134,7 +152,7 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
 /// Refuses a place where something lies that must not be replaced, or beside it.
 fn check_place(dir: &Path, older: &Path) -> Result<(), RecordError> {
     match [dir, older].into_iter().find(|path| occupancy(path) == Occupancy::Other) {
-        Some(path) => Err(RecordError::occupied(path)),
+        Some(path) => Err(in_the_way(path)),
         None => Ok(()),
     }
 }
@@ -171,13 +189,15 @@ pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordEr
 fn settle(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, RecordError> {
     let left = contents(partial).map_err(|reason| RecordError::read(partial, reason))?;
     if matches!(left, Contents::NotOurs) {
-        return Err(RecordError::occupied(partial));
+        return Err(in_the_way(partial));
     }
     // Held until what is there is moved.
     let manifest = File::open(partial.join(MANIFEST));
     if let Ok(manifest) = &manifest {
         lock(manifest, partial)?;
     }
+    // All of them go, now or when the record is complete: it is not flown in vain.
+    [dir, partial, older].into_iter().try_for_each(check_removable)?;
     // The last steps of a run that replaced another were not reached.
     if is_finished(older) && occupancy(dir) == Occupancy::Free {
         rename(older, dir)?;
@@ -230,6 +250,19 @@ pub(super) fn remove_ours(dir: &Path) -> Result<(), RecordError> {
         fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))?;
     }
     fs::remove_dir(dir).map_err(refused)
+}
+
+/// Refuses a run whose files the system does not let us remove, such as another user's. Nothing is changed: a file is asked
+/// to be removed as if it were a folder, which the system refuses for that, or before, for what we are not allowed.
+fn check_removable(dir: &Path) -> Result<(), RecordError> {
+    use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
+    match fs::remove_dir(dir.join(MANIFEST)) {
+        Err(reason) if [PermissionDenied, ReadOnlyFilesystem].contains(&reason.kind()) => {
+            let dir = dir.to_owned();
+            Err(RecordError::NotRemovable { dir, reason })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Takes the lock that tells other runs that the record is being written.

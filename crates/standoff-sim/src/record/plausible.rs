@@ -2,7 +2,7 @@
 //! for a few bytes that lie. So the numbers are looked at first.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 
 use parquet::basic::Compression;
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
@@ -39,9 +39,9 @@ pub(super) const MAX_CELL: usize = 1 << 10;
 const ENCODINGS: [i64; 5] = [0, 2, 3, 8, 9];
 
 /// Refuses a file whose description is not plausible.
-pub(super) fn check_end(file: &mut File) -> Result<(), String> {
-    let footer = footer(file).map_err(|reason| reason.to_string())?;
-    check_footer(&footer.ok_or("it does not end as a Parquet file")?)
+pub(super) fn check_end(file: &mut File) -> io::Result<()> {
+    let footer = footer(file)?.ok_or_else(|| io::Error::other("it does not end as a Parquet file"))?;
+    check_footer(&footer).map_err(io::Error::other)
 }
 
 /// Refuses row groups that are not as many rows as the file says.
@@ -113,7 +113,7 @@ pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
 }
 
 /// The description at the end of a file, if there is one.
-fn footer(file: &mut File) -> std::io::Result<Option<Vec<u8>>> {
+fn footer(file: &mut File) -> io::Result<Option<Vec<u8>>> {
     const TAIL: u64 = 8;
     let length = file.seek(SeekFrom::End(0))?;
     let Some(start) = length.checked_sub(TAIL) else { return Ok(None) };
@@ -125,7 +125,7 @@ fn footer(file: &mut File) -> std::io::Result<Option<Vec<u8>>> {
     let Some(start) = start.checked_sub(bytes) else { return Ok(None) };
     if bytes > MAX_FOOTER {
         let what = format!("what it says of itself has {bytes} bytes; at most {MAX_FOOTER}");
-        return Err(std::io::Error::other(what));
+        return Err(io::Error::other(what));
     }
     file.seek(SeekFrom::Start(start))?;
     let mut footer = vec![0; bytes as usize];
@@ -180,18 +180,18 @@ fn chunks(thrift: &mut Thrift<'_>, groups: usize) -> Option<usize> {
 }
 
 /// Refuses a column of a row group whose pages are not plausible.
-pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> Result<(), String> {
+pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> io::Result<()> {
     let start = chunk.dictionary_page_offset().unwrap_or_else(|| chunk.data_page_offset());
     let bounds = (u64::try_from(start).ok(), u64::try_from(chunk.compressed_size()).ok());
     let (Some(mut at), Some(mut left)) = bounds else {
-        return Err("a column lies outside of the file".to_owned());
+        return Err(io::Error::other("a column lies outside of the file"));
     };
     while left > 0 {
-        let page = page(file, at, left).map_err(|reason| reason.to_string())?;
-        let page = page.ok_or("what a page says of itself cannot be read")?;
-        let length = page.header + page.check()?;
+        let page = page(file, at, left)?;
+        let page = page.ok_or_else(|| io::Error::other("what a page says of itself cannot be read"))?;
+        let length = page.header + page.check().map_err(io::Error::other)?;
         if length > left {
-            return Err("a page is longer than its column".to_owned());
+            return Err(io::Error::other("a page is longer than its column"));
         }
         (at, left) = (at.saturating_add(length), left - length);
     }
@@ -199,7 +199,7 @@ pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> Resul
 }
 
 /// What the page at a place says of itself, in at most `most` bytes; `None` if it cannot be read.
-fn page(file: &mut File, at: u64, most: u64) -> std::io::Result<Option<Page>> {
+fn page(file: &mut File, at: u64, most: u64) -> io::Result<Option<Page>> {
     for length in [USUAL_PAGE_HEADER, MAX_PAGE_HEADER] {
         let mut bytes = Vec::new();
         file.seek(SeekFrom::Start(at))?;
@@ -283,6 +283,9 @@ impl Page {
 
 #[cfg(test)]
 mod tests {
+    use parquet::errors::ParquetError;
+
+    use super::super::RecordError;
     use super::*;
 
     fn of_kind((kind, field): (i64, i16)) -> Page {
@@ -359,12 +362,27 @@ mod tests {
         assert_eq!(is_flat(&nested(3)[..9], 4), None);
     }
 
+    /// A folder opens as a file does, and the first byte of it cannot be read.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_disk_that_fails_is_not_told_as_damage() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path();
+        let error = page(&mut File::open(path).unwrap(), 0, 100).map(drop).unwrap_err();
+        let error = ParquetError::from(error);
+        let told = RecordError::parquet_read(path, error).to_string();
+        assert!(told.starts_with("cannot read") && told.contains("os error 21"), "{told}");
+        let error = check_end(&mut File::open(path).unwrap()).unwrap_err();
+        let told = RecordError::bad_bytes(path, error);
+        assert!(matches!(told, RecordError::Read { .. }), "{told}");
+    }
+
     #[test]
     fn a_file_that_does_not_end_as_one_is_refused() {
         let refused = |bytes: &[u8]| {
             let mut file = tempfile::tempfile().unwrap();
             std::io::Write::write_all(&mut file, bytes).unwrap();
-            check_end(&mut file).unwrap_err()
+            check_end(&mut file).unwrap_err().to_string()
         };
         for bytes in [&b""[..], b"PAR1", b"xxxx\xff\xff\xff\xffPAR1", b"\x00\x00\x00\x00PARE"] {
             assert_eq!(refused(bytes), "it does not end as a Parquet file");

@@ -176,7 +176,7 @@ impl Source {
     /// A Parquet file, if what it says of itself is plausible.
     pub(crate) fn open(path: &Path) -> Result<Self, RecordError> {
         let mut file = input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
-        plausible::check_end(&mut file).map_err(|what| RecordError::damaged(path, what))?;
+        plausible::check_end(&mut file).map_err(|reason| RecordError::bad_bytes(path, reason))?;
         let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file));
         let metadata = metadata.map_err(|e| RecordError::parquet_read(path, e))?;
         Ok(Self { file: Arc::new(file), metadata: Arc::new(metadata) })
@@ -303,7 +303,7 @@ impl<R: Row> TableReader<R> {
             if self.looked_at > length {
                 return Err(damage("its columns are longer than the file"));
             }
-            plausible::check_pages(&mut bytes, chunk).map_err(|what| damage(&what))?;
+            plausible::check_pages(&mut bytes, chunk)?;
             self.readers.push(group.get_column_reader(place)?);
         }
         Ok(())

@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::net::SocketAddr;
 use std::pin::pin;
 use std::sync::Arc;
+use std::thread;
 use std::time::Duration;
 
 use hyper::body::Incoming;
@@ -14,7 +15,7 @@ use hyper::{Request, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
 use tokio::time::{sleep, timeout};
 use tokio_tungstenite::tungstenite::handshake::server::create_response;
 
@@ -163,7 +164,13 @@ async fn get(request: Request<Incoming>, path: String, house: &House) -> Reply {
         drop(turn);
         answer.map(|answer| reply::content(answer, gzip))
     };
-    match tokio::task::spawn_blocking(call).await {
+    let (give, answer) = oneshot::channel();
+    // Not on the runtime's own threads: where it cannot start one, it panics. Nobody may wait for the answer any more.
+    let answering = thread::Builder::new().spawn(move || drop(give.send(call())));
+    if answering.is_err() {
+        return reply::text(StatusCode::SERVICE_UNAVAILABLE, "No thread can be started to answer. Try again.\n");
+    }
+    match answer.await {
         Ok(found) => found.unwrap_or_else(not_found),
         Err(_) => reply::text(
             StatusCode::INTERNAL_SERVER_ERROR,

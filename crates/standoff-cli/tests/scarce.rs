@@ -1,0 +1,136 @@
+//! Where the machine gives less than is needed, or less than everything is ours: threads, open files, room, others' runs.
+
+#![cfg(target_os = "linux")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::ffi::OsStr;
+use std::fs::{self, Permissions};
+use std::os::unix::ffi::OsStrExt as _;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+use tempfile::TempDir;
+
+const RUN: [&str; 5] = ["run", "tour/01-one-uav", "--set", "duration_s=5", "--out"];
+/// A user who is not root, and has no rights of root's.
+const NOBODY: u32 = 65_534;
+
+/// The program in `folder`, after a shell has done `before`: as somebody else where we are root, whom no limit binds.
+fn limited(folder: &Path, before: &str, args: &[&str]) -> Output {
+    let script = format!("{before}\nexec \"$0\" \"$@\"");
+    let mut command = Command::new("sh");
+    command.current_dir(folder).args(["-c", &script]);
+    if is_root() {
+        chown(folder, Some(NOBODY), Some(NOBODY)).unwrap();
+        command.uid(NOBODY).gid(NOBODY).arg(OPEN.path().join("standoff"));
+    } else {
+        command.arg(env!("CARGO_BIN_EXE_standoff"));
+    }
+    command.args(args).output().unwrap()
+}
+
+/// The program where everybody finds it: that which was built may lie in a folder of root's.
+static OPEN: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = TempDir::new().unwrap();
+    fs::copy(env!("CARGO_BIN_EXE_standoff"), folder.path().join("standoff")).unwrap();
+    fs::set_permissions(folder.path(), Permissions::from_mode(0o755)).unwrap();
+    folder
+});
+
+fn is_root() -> bool {
+    fs::metadata("/proc/self").unwrap().uid() == 0
+}
+
+fn standoff(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
+}
+
+/// Expects an exit status, and words on standard error; never a panic.
+#[track_caller]
+fn check(output: &Output, status: i32, expected: &[&str]) {
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{told}");
+    assert!(expected.iter().all(|words| told.contains(words)) && !told.contains("panicked"), "{told}");
+}
+
+fn run_in(folder: &Path, out: &str) {
+    check(&standoff(folder, &[&RUN[..], &[out]].concat()), 0, &[]);
+}
+
+#[test]
+fn without_threads_a_run_is_told_and_a_page_is_refused() {
+    let folder = TempDir::new().unwrap();
+    // Of dash, then of others.
+    let no_threads = "ulimit -p 0 2>/dev/null || ulimit -u 0";
+    let flown = limited(folder.path(), no_threads, &[&RUN[..], &["o"]].concat());
+    check(&flown, 0, &[]);
+    assert!(folder.path().join("o/report.html").is_file());
+    for args in [&["view", "o", "--no-open"][..], &["view", "tour/01-one-uav", "--no-open"]] {
+        check(&limited(folder.path(), no_threads, args), 1, &["cannot start a thread", "ulimit -u"]);
+    }
+    let batch = ["monte-carlo", "tour/01-one-uav", "--runs", "2", "--threads", "1", "--out", "m"];
+    check(&limited(folder.path(), no_threads, &batch), 1, &["cannot start 1 threads", "ulimit -u"]);
+}
+
+#[test]
+fn too_many_open_files_are_no_wrong_input() {
+    let folder = TempDir::new().unwrap();
+    run_in(folder.path(), "o");
+    for args in [&["show", "o"][..], &["view", "o", "--no-open"], &[&RUN[..], &["p"]].concat()] {
+        check(&limited(folder.path(), "ulimit -n 6", args), 1, &["os error 24", "allow more (ulimit -n)"]);
+    }
+}
+
+/// The tables fit, the page does not.
+#[test]
+fn what_there_is_no_room_for_is_named_where_it_would_be() {
+    let folder = TempDir::new().unwrap();
+    let flown = limited(folder.path(), "trap '' XFSZ; ulimit -f 1000", &[&RUN[..], &["o"]].concat());
+    let advice = "the record itself is there: standoff show o makes what is missing";
+    check(&flown, 1, &["error: cannot write o/report.html: File too large", advice]);
+    assert!(!String::from_utf8_lossy(&flown.stderr).contains(".partial"));
+    check(&standoff(folder.path(), &["show", "o"]), 0, &[]);
+}
+
+#[test]
+fn a_run_that_cannot_be_removed_is_told_before_the_next_one_is_flown() {
+    let folder = TempDir::new().unwrap();
+    run_in(folder.path(), "o");
+    // Whoever we are, its files may not be removed: as root they are root's, else the folder is closed.
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o555)).unwrap();
+    let flown = limited(folder.path(), ":", &[&RUN[..], &["o"]].concat());
+    let expected = ["the run in o could not be removed to make room: ", "os error 13", "name another folder"];
+    check(&flown, 2, &expected);
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["o"]);
+    // Another's, it cannot even be looked into.
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o000)).unwrap();
+    let flown = limited(folder.path(), ":", &[&RUN[..], &["o"]].concat());
+    check(&flown, 2, &["cannot read o: Permission denied", "check its permissions"]);
+    fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn names_of_any_bytes_are_told_on_one_line() {
+    let folder = TempDir::new().unwrap();
+    for _ in 0..2 {
+        run_in(folder.path(), "a\nb");
+    }
+    let again = standoff(folder.path(), &[&RUN[..], &["a\nb"]].concat());
+    check(&again, 0, &["note: replacing the older run in a\\nb\n"]);
+    fs::create_dir(folder.path().join("a\nb/mine")).unwrap();
+    let refused = standoff(folder.path(), &[&RUN[..], &["a\nb"]].concat());
+    check(&refused, 2, &["error: a\\nb holds something other than a run of standoff (mine)"]);
+    let batch = ["monte-carlo", "tour/01-one-uav", "--set", "duration_s=5", "--runs", "2", "--out", "c\nd"];
+    let flown = standoff(folder.path(), &batch);
+    check(&flown, 0, &[]);
+    assert!(String::from_utf8(flown.stdout).unwrap().ends_with("\nresults in c\\nd\n"));
+
+    let bytes = OsStr::from_bytes(b"bad\xff");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    let refused = command.current_dir(folder.path()).arg("view").arg(bytes).output().unwrap();
+    check(&refused, 2, &["error: \"bad\u{fffd}\": not UTF-8 text", "go into the folder and call it ."]);
+}
