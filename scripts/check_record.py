@@ -4,8 +4,8 @@
 Usage: check_record.py <record folder>
 
 Prints one line per table. Exits with 1 and a message if a table cannot be opened, if the three
-disagree on its columns, rows or values, if time_s is not time_us in seconds, or if a variance is not
-positive. Needs the packages in requirements.txt.
+disagree on its columns, rows or values, if a table or the instants are not as many as run.json says, if
+time_s is not time_us in seconds, or if a variance is not positive. Needs the packages in requirements.txt.
 """
 
 import json
@@ -38,18 +38,22 @@ def main(arguments):
             if table == "truth" and not path.exists():
                 print("truth: taken out")
                 continue
-            print(check(table, path))
+            print(check(table, path, manifest["counts"]))
     except Exception as error:  # whatever a library raises, the record is at fault or unreadable
         print(f"{folder}: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     return 0
 
 
-def check(table, path):
+def check(table, path, counts):
     """Reads one table three times; returns the line to print."""
     columns, rows = agreed(table, path)
     names = [name for name, _ in columns]
     values = dict(columns)
+    require(rows == counts["rows"][table], table, f"has {rows} rows, run.json says {counts['rows'][table]}")
+    if table == "uavs":
+        instants = len(set(values["time_us"]))
+        require(instants == counts["instants"], table, f"has {instants} instants, run.json says {counts['instants']}")
     if table == "targets":
         require(names == ["target", "name"], table, f"has columns {names}")
         require(values["target"] == list(range(rows)), table, "is not in order of target")

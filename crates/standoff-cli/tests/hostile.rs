@@ -441,7 +441,8 @@ fn a_manifest_that_is_none_is_refused() {
         (with("\"seed\": 1", "\"seed\": \"\\u001b[2J\""), "invalid type"),
         (with("\"seed\": 1", "\"\\u001b[2J\": 1"), "unknown field"),
         (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; 0e0 to 1e9"),
-        (with("\"format\": 3", "\"format\": 99"), "has record format 99"),
+        (with("\"format\": 4", "\"format\": 99"), "has record format 99"),
+        (with("\"instants\": ", "\"instants\": -"), "invalid value"),
         (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
         (with("\"seed\": 1", "\"seed\": 1,\n  \"seed\": 1"), "duplicate field `seed` at line 6 column 8"),
         (with("\"scenario\": \"", &format!("\"scenario\": \"{}", "x".repeat(60_000))), "at most 1000"),
@@ -497,11 +498,9 @@ fn files_of_another_run_or_cut_off_are_refused() {
         let bytes = fs::read(other.path().join("run").join(name)).unwrap();
         let folder = damaged("run", |run| fs::write(run.join(name), &bytes).unwrap());
         // Both are named where they contradict one another.
-        check_refused(
-            folder.path(),
-            &["show", "run"],
-            &[&format!("run/{}", name.replace("run.json", "scenario.toml"))],
-        );
+        let expected =
+            if name == "run.json" { "and run.json beside it says 3".to_owned() } else { format!("run/{name}") };
+        check_refused(folder.path(), &["show", "run"], &[&expected]);
         if name.ends_with("parquet") {
             let good = fs::read(GOOD.path().join("run").join(name)).unwrap();
             (0..20).for_each(|part| check_record(name, &good[..good.len() * part / 20], "damaged"));
@@ -534,7 +533,8 @@ fn tables_without_rows_are_refused() {
     Writer::create(&path, record.manifest(), record.scenario_toml(), names).unwrap().finish().unwrap();
     check_refused(empty.path(), &["show", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
     check_refused(empty.path(), &["view", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
-    check_record("uavs.parquet", &fs::read(path.join("uavs.parquet")).unwrap(), "it has no rows");
+    let uavs = fs::read(path.join("uavs.parquet")).unwrap();
+    check_record("uavs.parquet", &uavs, "it has 0 rows, and run.json beside it says");
 }
 
 /// Rows that are all the same take next to nothing in a file.

@@ -29,7 +29,7 @@ pub use allowance::EventAllowance;
 pub use error::RecordError;
 pub use folder::{Occupancy, in_the_way, occupancy};
 pub use frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
-pub use manifest::{FORMAT, Manifest};
+pub use manifest::{Counts, FORMAT, Manifest};
 pub use plausible::MAX_ROWS;
 pub use reader::{Frames, Record};
 pub use writer::{Closed, Kept, Writer};

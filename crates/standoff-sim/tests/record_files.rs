@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use standoff_sim::record::{
-    DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, Place, Record, RecordError, TrackRow, TrackStatus,
-    TruthRow, UavRow, Writer, occupancy,
+    Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, Place, Record, RecordError, TrackRow,
+    TrackStatus, TruthRow, UavRow, Writer, occupancy,
 };
 use tempfile::TempDir;
 
@@ -21,7 +21,17 @@ fn frames_come_back_as_they_were_written() {
     write(&dir, &frames);
 
     let record = Record::open(&dir).unwrap();
-    assert_eq!(record.manifest(), &manifest());
+    let rows = [
+        ("uavs", 80),
+        ("truth", 160),
+        ("tracks", 160),
+        ("groups", 40),
+        ("detections", 77),
+        ("events", 6),
+        ("targets", 4),
+    ];
+    let counts = Counts { instants: 40, rows: rows.map(|(table, rows)| (table.to_owned(), rows)).into() };
+    assert_eq!(record.manifest(), &Manifest { counts: Some(counts), ..manifest() });
     assert_eq!(record.scenario_toml(), SCENARIO);
     assert_eq!(record.target_names(), ["lead", "second", "third", "größe"]);
     assert!(record.has_truth());
@@ -57,6 +67,7 @@ fn a_table_of_uavs_without_rows_is_blamed_for_having_none() {
     let (dir, empty) = (home.path().join("run"), home.path().join("empty"));
     write(&empty, &[]);
     write(&dir, &frames(10, 2, 4));
+    forget_counts(&dir);
     fs::copy(empty.join("uavs.parquet"), dir.join("uavs.parquet")).unwrap();
     for dir in [empty, dir] {
         let error = read(&dir).unwrap_err();
@@ -87,13 +98,15 @@ fn check_beyond(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
     let dir = home.path().join("run");
     let mut frames = frames(3, 2, 4);
     write(&dir, &frames);
+    forget_counts(&dir);
     // Of a longer run with more targets, it is good.
     frames.iter_mut().for_each(&spoil);
     let (other, long) = (home.path().join("other"), Manifest::new("two", 1, 900.0, 0.2));
     let mut writer = Writer::create(&other, &long, SCENARIO, &names(6)).unwrap();
     frames.iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.finish().unwrap();
-    let refused = create(&home.path().join("refused")).unwrap().frame(&frames[0]).unwrap_err().to_string();
+    let mut writer = create(&home.path().join("refused")).unwrap();
+    let refused = frames.iter().find_map(|frame| writer.frame(frame).err()).unwrap().to_string();
     assert!(refused.contains(expected), "{refused}");
     for table in ["uavs", "truth", "tracks", "groups", "detections", "events"] {
         fs::copy(other.join(format!("{table}.parquet")), dir.join(format!("{table}.parquet"))).unwrap();
@@ -113,8 +126,120 @@ fn rows_beyond_the_run_are_neither_written_nor_read() {
     check_beyond(last_track, "tracks", "it has target 5 at 0 s, and the run has 4 targets");
     let detection = DetectionRow { uav: 0, target: 4, range_m: 1.0, bearing_rad: 0.0 };
     check_beyond(|frame| frame.detections.push(detection), "detections", "it has target 4 at 0 s");
-    let later = |frame: &mut Frame| frame.time_us += 600_000_001;
-    check_beyond(later, "uavs", "it has rows at 600.000001 s; 0 to 600 s, the length of the run");
+}
+
+/// Expects the tables of `frames`, as a run of another length and period may have them, to be refused in one of 0.4 s with
+/// an instant every 0.2 s.
+#[track_caller]
+fn check_times(other: &Manifest, spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
+    let home = TempDir::new().unwrap();
+    let (dir, other_dir) = (home.path().join("run"), home.path().join("other"));
+    let mut frames = frames(3, 2, 4);
+    write(&dir, &frames);
+    forget_counts(&dir);
+    frames.iter_mut().for_each(&spoil);
+    let mut writer = Writer::create(&other_dir, other, SCENARIO, &names(4)).unwrap();
+    frames.iter().for_each(|frame| writer.frame(frame).unwrap());
+    writer.finish().unwrap();
+    let path = dir.join(format!("{table}.parquet"));
+    fs::copy(other_dir.join(format!("{table}.parquet")), path).unwrap();
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains(&format!("{table}.parquet is damaged: {expected}")), "{error}");
+}
+
+#[test]
+fn rows_of_no_instant_of_the_run_are_refused_and_never_passed_over() {
+    let slow = Manifest::new("two", 1, 1e9, 0.3);
+    let slower = |frame: &mut Frame| frame.time_us = frame.time_us / 2 * 3;
+    check_times(&slow, slower, "uavs", "it has rows at 0.3 s where 0.2 s is due: from 0 on, an instant every 0.2 s");
+    check_times(&slow, slower, "groups", "its rows at 0.3 s are out of order, or the uavs table has none");
+    let (long, later) = (Manifest::new("two", 1, 1e4, 600.2), |frame: &mut Frame| frame.time_us *= 3001);
+    check_times(&long, later, "uavs", "it has rows at 600.2 s; 0 to 600 s, the length of the run");
+    check_times(&long, later, "groups", "its rows at 600.2 s are out of order, or the uavs table has none");
+    // The last instant that 64 bits hold, by which a reader may stand for the end of the run.
+    let mut last = [frame(0, 2, 4), frame(7, 2, 4)];
+    last[1].time_us = i64::MAX;
+    let (home, endless) = (TempDir::new().unwrap(), Manifest::new("two", 1, 1e13, 1e13));
+    let (dir, other) = (home.path().join("run"), home.path().join("other"));
+    write(&dir, &last[..1]);
+    forget_counts(&dir);
+    let mut writer = Writer::create(&other, &endless, SCENARIO, &names(4)).unwrap();
+    last.iter().for_each(|frame| writer.frame(frame).unwrap());
+    writer.finish().unwrap();
+    for table in ["truth", "tracks", "groups", "detections", "events"].map(|table| format!("{table}.parquet")) {
+        let good = fs::read(dir.join(&table)).unwrap();
+        fs::copy(other.join(&table), dir.join(&table)).unwrap();
+        let error = read(&dir).unwrap_err().to_string();
+        assert!(error.contains(&format!("{table} is damaged: its rows at 9223372036854.")), "{error}");
+        fs::write(dir.join(&table), good).unwrap();
+    }
+    let mut writer = create(&home.path().join("late")).unwrap();
+    let error = writer.frame(&frame(2, 2, 4)).unwrap_err().to_string();
+    assert!(error.contains("it has rows at 0.4 s where 0 s is due"), "{error}");
+}
+
+#[test]
+fn rows_and_instants_that_went_missing_are_told_with_the_table() {
+    let home = TempDir::new().unwrap();
+    let (dir, shorter) = (home.path().join("run"), home.path().join("shorter"));
+    let frames = frames(10, 2, 4);
+    for table in TABLES {
+        write(&dir, &frames);
+        // Its last rows are gone, in such a way that each instant has as many as it may have.
+        let names = names(if table == "targets" { 3 } else { 4 });
+        let cut = |frame: &Frame| {
+            let mut frame = frame.clone();
+            match table {
+                "uavs" => drop(frame.uavs.pop()),
+                "truth" => drop(frame.truth.pop()),
+                "tracks" => drop(frame.tracks.pop()),
+                "groups" => drop(frame.groups.pop()),
+                "detections" => drop(frame.detections.pop()),
+                "events" => drop(frame.events.pop()),
+                _ => frame = Frame { uavs: frame.uavs, time_us: frame.time_us, ..Frame::default() },
+            }
+            frame
+        };
+        write_of(&shorter, &names, &frames.iter().map(cut).collect::<Vec<_>>());
+        let name = format!("{table}.parquet");
+        fs::copy(shorter.join(&name), dir.join(&name)).unwrap();
+        let told = Record::open(&shorter).unwrap().manifest().counts.clone().unwrap().rows[table];
+        let counted = Record::open(&dir).map_or(4, |record| record.manifest().counts.clone().unwrap().rows[table]);
+        let error = read(&dir).unwrap_err().to_string();
+        let expected = format!("{name} is damaged: it has {told} rows, and run.json beside it says {counted}");
+        assert!(error.contains(&expected) && told < counted, "{error}");
+        // Before records had counts it was read, but for what belongs to nobody.
+        forget_counts(&dir);
+        assert_eq!(read(&dir).is_ok(), table != "targets", "{table}");
+    }
+
+    write(&dir, &frames);
+    let path = dir.join("run.json");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace(r#""instants": 10"#, r#""instants": 11"#)).unwrap();
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains("uavs.parquet is damaged: it has 10 instants, and run.json beside it says 11"), "{error}");
+    fs::write(&path, text.replace(r#""groups": 10"#, r#""groups ": 10"#)).unwrap();
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains("groups.parquet is damaged: run.json beside it does not say"), "{error}");
+}
+
+#[test]
+fn an_unfinished_record_ends_where_its_checkpoint_says() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    for instants in [3, 5] {
+        let mut writer = create(&dir.with_file_name(format!("run-{instants}"))).unwrap();
+        frames(instants, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
+        writer.stop().unwrap();
+    }
+    let (three, five) = (home.path().join("run-3.partial"), home.path().join("run-5.partial"));
+    assert_eq!(read(&three).unwrap().len(), 3);
+    for table in TABLES.map(|table| format!("{table}.parquet")) {
+        fs::copy(three.join(&table), five.join(&table)).unwrap();
+    }
+    let error = read(&five).unwrap_err().to_string();
+    assert!(error.contains("it ends at 0.4 s, and the checkpoint beside it says 0.8 s"), "{error}");
 }
 
 #[test]
@@ -123,13 +248,13 @@ fn a_run_has_up_to_a_hundred_uavs_whenever_they_come() {
     let mut writer = create(&home.path().join("run")).unwrap();
     let mut come = |first: u32, instant: i64| {
         let uavs = (first..first + 50).map(|id| uav(id, 1.0)).collect();
-        writer.frame(&Frame { time_us: instant, uavs, ..Frame::default() })
+        writer.frame(&Frame { time_us: instant * 200_000, uavs, ..Frame::default() })
     };
     come(0, 0).unwrap();
     come(u32::MAX >> 2, 1).unwrap();
     come(0, 2).unwrap();
     let error = come(1, 3).unwrap_err().to_string();
-    assert!(error.contains("it has more than 100 UAVs by 0.000003 s"), "{error}");
+    assert!(error.contains("it has more than 100 UAVs by 0.6 s"), "{error}");
 }
 
 #[test]
@@ -210,6 +335,7 @@ fn tables_of_different_runs_do_not_make_a_record() {
     let (dir, longer) = (home.path().join("run"), home.path().join("longer"));
     write(&dir, &frames(10, 2, 4));
     write(&longer, &frames(11, 2, 4));
+    forget_counts(&dir);
     fs::copy(longer.join("tracks.parquet"), dir.join("tracks.parquet")).unwrap();
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains("tracks.parquet is damaged"), "{error}");
@@ -254,9 +380,22 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
         }
     }
 
-    // Before records had origins.
-    fs::write(&path, text.replace(r#""format": 3"#, r#""format": 2"#)).unwrap();
-    assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));
+    let uncounted = text.replace("counts", "conts");
+    fs::write(&path, &uncounted).unwrap();
+    let error = Record::open(&dir).unwrap_err().to_string();
+    assert!(error.contains("run.json is damaged: unknown field `conts`"), "{error}");
+    fs::write(&path, &text).unwrap();
+    // Before records had counts, and before they had origins.
+    for format in [3, 2] {
+        forget_counts(&dir);
+        let uncounted = fs::read_to_string(&path).unwrap();
+        fs::write(&path, uncounted.replace(r#""format": 3"#, &format!(r#""format": {format}"#))).unwrap();
+        assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));
+        fs::write(&path, uncounted.replace(r#""format": 3"#, r#""format": 4"#)).unwrap();
+        let error = Record::open(&dir).unwrap_err().to_string();
+        assert!(error.contains("run.json is damaged: it has counts only if the run is finished"), "{error}");
+        fs::write(&path, &text).unwrap();
+    }
 
     for (what, expected) in [
         (r#""scenario": "two","scenario": "two""#, "duplicate field `scenario` at line 4 column 30"),
@@ -267,10 +406,10 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
         assert!(error.contains("run.json is damaged") && error.contains(expected), "{error}");
     }
 
-    let later = r#"{"format": 4, "version": "9.1.0", "wind": true}"#;
+    let later = r#"{"format": 5, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
-    assert!(matches!(error, RecordError::OtherFormat { format: 4, .. }));
+    assert!(matches!(error, RecordError::OtherFormat { format: 5, .. }));
     assert!(error.to_string().contains("9.1.0"), "{error}");
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 
@@ -529,6 +668,21 @@ fn a_stale_partial_folder_goes_only_if_it_is_ours() {
     }
 }
 
+/// File systems end names at 255 bytes, and a record's gets up to 15 more while it is written.
+#[test]
+fn a_name_that_leaves_no_room_for_what_is_added_is_refused_for_that() {
+    let home = TempDir::new().unwrap();
+    let (longest, longer) = (home.path().join("x".repeat(240)), home.path().join("x".repeat(241)));
+    for _ in 0..2 {
+        write(&longest, &frames(1, 2, 4));
+    }
+    for dir in [longer, home.path().join("é".repeat(128)), home.path().join("x".repeat(300))] {
+        let error = create(&dir).map(drop).unwrap_err();
+        assert!(matches!(error, RecordError::LongName { .. }) && error.is_wrong_input(), "{error}");
+        assert!(error.to_string().contains(" bytes; at most 240, because standoff adds to it"), "{error}");
+    }
+}
+
 #[test]
 fn two_runs_cannot_write_one_record() {
     let home = TempDir::new().unwrap();
@@ -555,15 +709,15 @@ fn a_number_that_is_not_finite_is_refused_and_ends_the_record() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let mut writer = create(&dir).unwrap();
-    let mut frame = frames(1, 2, 4).remove(0);
-    frame.time_us = 2_500_000;
-    frame.tracks[1].covariance[6] = f64::NAN;
-    let error = writer.frame(&frame).unwrap_err();
+    let mut flown = frames(3, 2, 4);
+    flown[2].tracks[1].covariance[6] = f64::NAN;
+    flown[..2].iter().for_each(|frame| writer.frame(frame).unwrap());
+    let error = writer.frame(&flown[2]).unwrap_err();
     let RecordError::NotFinite { table, column, time_s } = error else {
         panic!("{error}");
     };
     assert_eq!((table, column.as_str()), ("tracks", "cov_vx_vx"));
-    assert!((time_s - 2.5).abs() < 1e-12);
+    assert!((time_s - 0.4).abs() < 1e-12);
     assert!(writer.frame(&frames(1, 2, 4)[0]).is_err());
     assert!(writer.finish().is_err());
     assert!(!dir.exists() && !partial(&dir).exists());
@@ -625,6 +779,15 @@ fn write_of(dir: &Path, names: &[String], frames: &[Frame]) {
         writer.frame(frame).unwrap();
     }
     writer.finish().unwrap();
+}
+
+/// Makes it a record of the time before they had counts.
+fn forget_counts(dir: &Path) {
+    let path = dir.join("run.json");
+    let mut json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    json["format"] = 3.into();
+    json.as_object_mut().unwrap().remove("counts").unwrap();
+    fs::write(&path, serde_json::to_string_pretty(&json).unwrap()).unwrap();
 }
 
 /// Leaves what an ended run leaves: so many frames.

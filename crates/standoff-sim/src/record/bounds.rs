@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::Manifest;
 use super::frame::{DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
-use super::rows::{MOST_UAVS, seconds};
+use super::rows::{MOST_UAVS, microseconds, seconds};
 use super::table::Row;
 
 /// Most targets: as many as a traffic file may hold vehicles.
@@ -18,11 +18,13 @@ const MAX_INSTANTS: u64 = 10_000_001;
 /// The bounds of a run, and what has been of it.
 pub(super) struct Bounds {
     until_s: f64,
+    period_us: i64,
     /// How many targets it names.
-    targets: usize,
+    pub(super) targets: usize,
     /// UAVs that there have been.
     uavs: BTreeSet<u32>,
-    instants: u64,
+    /// Instants that there have been.
+    pub(super) instants: u64,
 }
 
 /// A table that goes beyond them, and how.
@@ -44,24 +46,38 @@ pub(super) fn check_names(targets: usize, bytes: usize) -> Result<(), String> {
 
 impl Bounds {
     pub(super) fn new(manifest: &Manifest, targets: usize) -> Self {
-        Self { until_s: manifest.duration_s, targets, uavs: BTreeSet::new(), instants: 0 }
+        let (until_s, period_us) = (manifest.duration_s, microseconds(manifest.period_s));
+        Self { until_s, period_us, targets, uavs: BTreeSet::new(), instants: 0 }
     }
 
-    /// Takes in the next frame.
-    pub(super) fn check(&mut self, frame: &Frame) -> Result<(), Beyond> {
-        let Frame { time_us, uavs, truth, tracks, detections, events, .. } = frame;
-        let time_s = seconds(*time_us);
+    /// Takes in the next instant: those of a run are its periods, from 0 on.
+    pub(super) fn begin(&mut self, time_us: i64) -> Result<(), Beyond> {
+        let time_s = seconds(time_us);
         let beyond = |what: String| Err(Beyond { table: UavRow::TABLE, what });
         if !(0.0..=self.until_s).contains(&time_s) {
             return beyond(format!("it has rows at {time_s} s; 0 to {} s, the length of the run", self.until_s));
         }
-        self.uavs.extend(uavs.iter().map(|row| row.uav));
-        if self.uavs.len() > MOST_UAVS {
-            return beyond(format!("it has more than {MOST_UAVS} UAVs by {time_s} s"));
+        let due_us = i64::try_from(self.instants).ok().and_then(|periods| self.period_us.checked_mul(periods));
+        if due_us != Some(time_us) {
+            let (due_s, period_s) = (seconds(due_us.unwrap_or(i64::MAX)), seconds(self.period_us));
+            let what = format!("it has rows at {time_s} s where {due_s} s is due");
+            return beyond(format!("{what}: from 0 on, an instant every {period_s} s"));
         }
         self.instants += 1;
         if self.instants > MAX_INSTANTS {
             return beyond(format!("it has more than {MAX_INSTANTS} instants"));
+        }
+        Ok(())
+    }
+
+    /// Takes in the frame of that instant.
+    pub(super) fn check(&mut self, frame: &Frame) -> Result<(), Beyond> {
+        let Frame { time_us, uavs, truth, tracks, detections, events, .. } = frame;
+        let time_s = seconds(*time_us);
+        self.uavs.extend(uavs.iter().map(|row| row.uav));
+        if self.uavs.len() > MOST_UAVS {
+            let what = format!("it has more than {MOST_UAVS} UAVs by {time_s} s");
+            return Err(Beyond { table: UavRow::TABLE, what });
         }
         self.check_targets(time_s, truth, |row: &TruthRow| Some(row.target))?;
         self.check_targets(time_s, tracks, |row: &TrackRow| Some(row.target))?;

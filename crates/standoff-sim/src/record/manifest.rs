@@ -1,5 +1,6 @@
 //! `run.json`: what was run and which version of standoff wrote the record.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
@@ -12,15 +13,15 @@ use crate::text::{quoted, words};
 use crate::traffic::{Origin, Unit};
 
 /// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
-pub const FORMAT: u64 = 3;
+pub const FORMAT: u64 = 4;
 /// Largest manifest, bytes: one has some 300.
 const MAX_MANIFEST: u64 = 64 << 10;
 /// Longest name of a scenario, characters: that of a file has 255 bytes.
 pub(crate) const MAX_NAME: usize = 1_000;
 /// Longest version, characters.
 pub(crate) const MAX_VERSION: usize = 100;
-/// Records of this format are read, too: they only have no origin.
-const WITHOUT_ORIGIN: u64 = 2;
+/// Records of these formats are read, too: they only have no counts, or no origin either.
+const WITHOUT_COUNTS: [u64; 2] = [3, 2];
 
 /// What was run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,9 +46,22 @@ pub struct Manifest {
     /// say it only by their origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traffic_unit: Option<Unit>,
+    /// How much a complete record holds, by which is noticed what has gone missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counts: Option<Counts>,
     /// The run is under way, or was ended before its mission was over.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unfinished: bool,
+}
+
+/// How much a record holds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counts {
+    /// Number of instants.
+    pub instants: u64,
+    /// Number of rows, by the name of the table.
+    pub rows: BTreeMap<String, u64>,
 }
 
 impl Manifest {
@@ -63,6 +77,7 @@ impl Manifest {
             period_s,
             origin: None,
             traffic_unit: None,
+            counts: None,
             unfinished: false,
         }
     }
@@ -112,7 +127,7 @@ impl Manifest {
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         // A later format may have other fields: look at the format before insisting on ours.
         let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
-        if ![WITHOUT_ORIGIN, FORMAT].contains(&format) {
+        if format != FORMAT && !WITHOUT_COUNTS.contains(&format) {
             return Err(RecordError::OtherFormat { path, format, version });
         }
         let manifest: Self = serde_json::from_str(&text).map_err(damaged)?;
@@ -124,6 +139,9 @@ impl Manifest {
     fn check(&self) -> Result<(), String> {
         check_length("scenario", &self.scenario, MAX_NAME)?;
         check_length("version", &self.version, MAX_VERSION)?;
+        if self.format == FORMAT && self.counts.is_none() != self.unfinished {
+            return Err("it has counts only if the run is finished, and then it has them".to_owned());
+        }
         let mut values = vec![("duration_s", self.duration_s, 0.0..=1e9), ("period_s", self.period_s, 1e-6..=1e9)];
         if let Some(Origin { latitude_deg, longitude_deg }) = self.origin {
             values.push(("origin.latitude_deg", latitude_deg, -90.0..=90.0));

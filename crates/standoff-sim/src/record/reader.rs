@@ -39,7 +39,9 @@ impl Record {
         let path = dir.join(SCENARIO);
         let scenario_toml =
             input::text(&path, SPELT_OUT * LENGTH_MAX).map_err(|reason| RecordError::read(&path, reason))?;
-        Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names: read_names(dir)?, checkpoint })
+        let target_names = read_names(dir)?;
+        check_count::<TargetRow>(&manifest, target_names.len() as u64, &file_of::<TargetRow>(dir))?;
+        Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names, checkpoint })
     }
 
     /// The instant at which an unfinished record breaks off, s; `None` of a finished one.
@@ -88,6 +90,12 @@ impl Record {
     }
 
     fn table<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
+        let table = self.uncounted::<R>()?;
+        check_count::<R>(&self.manifest, table.rows(), table.path())?;
+        Ok(table)
+    }
+
+    fn uncounted<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
         let path = file_of::<R>(&self.dir);
         if let Some(checkpoint) = &self.checkpoint {
             let file = input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
@@ -115,6 +123,8 @@ impl Record {
             events: Merged::open(self)?,
             bounds: Bounds::new(&self.manifest, self.target_names.len()),
             dir: self.dir.clone(),
+            counted: self.manifest.counts.as_ref().map(|counts| counts.instants),
+            ends_us: self.checkpoint.as_ref().map(|checkpoint| checkpoint.last_us),
             last_us: None,
             ended: false,
         })
@@ -131,6 +141,10 @@ pub struct Frames {
     events: Merged<EventRow>,
     bounds: Bounds,
     dir: PathBuf,
+    /// How many instants a finished record says it has.
+    counted: Option<u64>,
+    /// The last instant of an unfinished one.
+    ends_us: Option<i64>,
     last_us: Option<i64>,
     ended: bool,
 }
@@ -150,13 +164,13 @@ impl Iterator for Frames {
 
 impl Frames {
     fn frame(&mut self) -> Result<Option<Frame>, RecordError> {
-        // The UAVs define the instants. After the last, no table may have anything left.
-        let instant = self.uavs.instant();
-        let time_us = instant.unwrap_or(i64::MAX);
-        if instant.is_some() && self.last_us.is_some_and(|last| last >= time_us) {
-            return Err(self.uavs.stray(time_us));
-        }
-        self.last_us = instant;
+        // The UAVs define the instants.
+        let Some(time_us) = self.uavs.instant() else { return self.end().map(|()| None) };
+        let beyond = |Beyond { table, what }: Beyond| {
+            let path = self.dir.join(format!("{table}.parquet"));
+            RecordError::damaged(&path, what)
+        };
+        self.bounds.begin(time_us).map_err(beyond)?;
         let truth = self.truth.as_mut().map(|truth| truth.rows_at(time_us));
         let frame = Frame {
             time_us,
@@ -167,19 +181,35 @@ impl Frames {
             detections: self.detections.rows_at(time_us)?,
             events: self.events.rows_at(time_us)?,
         };
-        if instant.is_none() {
-            return Ok(None);
-        }
         let Frame { uavs, truth, tracks, groups, .. } = &frame;
         self.uavs.check_order(time_us, uavs, |row| row.uav)?;
         self.truth.iter().try_for_each(|table| table.check_order(time_us, truth, |row| row.target))?;
         self.tracks.check_order(time_us, tracks, |row| row.target)?;
         self.groups.check_order(time_us, groups, |row| row.group)?;
-        self.bounds.check(&frame).map_err(|Beyond { table, what }| {
-            let path = self.dir.join(format!("{table}.parquet"));
-            RecordError::damaged(&path, what)
-        })?;
+        self.bounds.check(&frame).map_err(beyond)?;
+        self.last_us = Some(time_us);
         Ok(Some(frame))
+    }
+
+    /// After the last instant no table may have anything left, and there must have been as many as there are said to be.
+    fn end(&self) -> Result<(), RecordError> {
+        self.truth.iter().try_for_each(Merged::check_end)?;
+        self.tracks.check_end()?;
+        self.groups.check_end()?;
+        self.detections.check_end()?;
+        self.events.check_end()?;
+        let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
+        let (there, last_us) = (self.bounds.instants, self.last_us.unwrap_or_default());
+        match (self.counted, self.ends_us) {
+            (Some(counted), _) if counted != there => {
+                damaged(format!("it has {there} instants, and run.json beside it says {counted}"))
+            }
+            (_, Some(ends_us)) if ends_us != last_us => {
+                let (ends_s, last_s) = (seconds(ends_us), seconds(last_us));
+                damaged(format!("it ends at {last_s} s, and the checkpoint beside it says {ends_s} s"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -198,6 +228,11 @@ impl<R: Row> Merged<R> {
 
     fn instant(&self) -> Option<i64> {
         self.ahead.as_ref().map(|ahead| ahead.time_us)
+    }
+
+    /// Refuses rows that no frame has taken.
+    fn check_end(&self) -> Result<(), RecordError> {
+        self.instant().map_or(Ok(()), |time_us| Err(self.stray(time_us)))
     }
 
     /// The rows of an instant. A row before it belongs to no frame.
@@ -231,6 +266,19 @@ impl<R: Row> Merged<R> {
         let what =
             format!("its rows at {} s are out of order, or the uavs table has none for that instant", seconds(time_us));
         RecordError::damaged(self.table.path(), what)
+    }
+}
+
+/// Refuses a table that has other than the rows it had when the record was completed.
+fn check_count<R: Row>(manifest: &Manifest, rows: u64, path: &Path) -> Result<(), RecordError> {
+    match manifest.counts.as_ref().map(|counts| counts.rows.get(R::TABLE)) {
+        None => Ok(()),
+        Some(Some(counted)) if *counted == rows => Ok(()),
+        Some(Some(counted)) => {
+            let what = format!("it has {rows} rows, and run.json beside it says {counted}");
+            Err(RecordError::damaged(path, what))
+        }
+        Some(None) => Err(RecordError::damaged(path, "run.json beside it does not say how many rows it has")),
     }
 }
 

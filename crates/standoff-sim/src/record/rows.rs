@@ -142,6 +142,11 @@ pub(super) fn seconds(time_us: i64) -> f64 {
     time_us as f64 / 1e6
 }
 
+/// The whole microseconds nearest to the time: those of which it was made.
+pub(super) fn microseconds(time_s: f64) -> i64 {
+    (time_s * 1e6).round() as i64
+}
+
 /// An array that takes one column per element.
 trait Named {
     fn names() -> Vec<String>;

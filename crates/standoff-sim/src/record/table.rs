@@ -54,6 +54,8 @@ pub(crate) struct TableWriter<R> {
     file: SerializedFileWriter<File>,
     columns: Vec<Column>,
     rows: usize,
+    /// Rows that went in, those in hand included.
+    pushed: u64,
     /// Row groups that are known to be on the disk.
     synced_groups: usize,
     kind: PhantomData<R>,
@@ -68,17 +70,22 @@ impl<R: Row> TableWriter<R> {
     pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
         let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
-        Ok(Self { path, file, columns, rows: 0, synced_groups: 0, kind: PhantomData })
+        Ok(Self { path, file, columns, rows: 0, pushed: 0, synced_groups: 0, kind: PhantomData })
     }
 
     /// Adds a row. After an error the table is not to be used any more.
     pub(crate) fn push(&mut self, row: &R) -> Result<(), RecordError> {
         row.put(&mut self.columns.iter_mut()).map_err(|fault| refusal(row, fault))?;
-        self.rows += 1;
+        (self.rows, self.pushed) = (self.rows + 1, self.pushed + 1);
         if self.rows == GROUP_ROWS {
             self.flush()?;
         }
         Ok(())
+    }
+
+    /// Its name, and how many rows went in.
+    pub(super) fn count(&self) -> (String, u64) {
+        (R::TABLE.to_owned(), self.pushed)
     }
 
     /// Writes what is left and sees it onto the disk. After that the table is not to be used any more.

@@ -11,7 +11,7 @@ use super::folder::{self, Growing, MANIFEST, SCENARIO, Turn};
 use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableWriter, file_of};
-use super::{FORMAT, Manifest, RecordError};
+use super::{Counts, FORMAT, Manifest, RecordError};
 use crate::disk::{PARTIAL, beside};
 
 /// Least time between two checkpoints: what the end of the process may cost.
@@ -95,7 +95,7 @@ impl Writer {
         target_names: &[String],
     ) -> Result<Self, RecordError> {
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let manifest = Manifest { format: FORMAT, version, unfinished: true, ..manifest.clone() };
+        let manifest = Manifest { format: FORMAT, version, counts: None, unfinished: true, ..manifest.clone() };
         let names = check_names(target_names.len(), target_names.iter().map(String::len).sum());
         names.map_err(|what| bad_frame(0, what))?;
         let json = manifest.to_json()?;
@@ -137,7 +137,7 @@ impl Writer {
         self.set_aside.as_deref()
     }
 
-    /// Adds an instant: later than the one before, and with at least one UAV.
+    /// Adds an instant, with at least one UAV: the first is 0, the next ones follow by the period of the manifest.
     ///
     /// After an error the record cannot be continued nor finished.
     pub fn frame(&mut self, frame: &Frame) -> Result<(), RecordError> {
@@ -147,10 +147,7 @@ impl Writer {
         if frame.uavs.is_empty() {
             return Err(bad_frame(time_us, "it has no UAV"));
         }
-        if self.last_us.is_some_and(|last| last >= time_us) {
-            return Err(bad_frame(time_us, "it is not later than the one before"));
-        }
-        let within = self.bounds.check(frame);
+        let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|Beyond { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
         put(&mut self.uavs, time_us, &frame.uavs)?;
         put(&mut self.truth, time_us, &frame.truth)?;
@@ -201,7 +198,17 @@ impl Writer {
     /// Completes the tables. The record can be read where it lies, and added to, before it is published.
     pub fn close(mut self) -> Result<Closed, RecordError> {
         self.finish_tables()?;
-        let json = Manifest { unfinished: false, ..self.manifest.clone() }.to_json()?;
+        let rows = [
+            self.uavs.count(),
+            self.truth.count(),
+            self.tracks.count(),
+            self.groups.count(),
+            self.detections.count(),
+            self.events.count(),
+            (TargetRow::TABLE.to_owned(), self.bounds.targets as u64),
+        ];
+        let counts = Some(Counts { instants: self.bounds.instants, rows: rows.into() });
+        let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
         let lock = put_manifest(&self.partial.path, &json, true)?;
         self.partial.keep = true;
         checkpoint::remove(&self.partial.path)?;
