@@ -15,7 +15,7 @@ use standoff_view::replay::Line;
 use crate::failure::{Failure, print};
 
 pub(crate) use events::Events;
-use events::named;
+use events::{named, wrapped};
 
 /// Time in no group that stands first, because it outweighs whatever is said of groups.
 const UNCOVERED: f64 = 0.1;
@@ -148,10 +148,10 @@ impl Outcome {
         told += &self.table(telling.yardstick);
         let is_told = |metric: &str| telling.yardstick.is_none() || BESIDE_YARDSTICK.contains(&metric);
         for word in goals::words(&self.metrics, &self.settings, is_told) {
-            told += &format!("* {word}\n");
+            told += &wrapped("* ", &word);
         }
         if telling.yardstick.is_some() {
-            told += &format!("* {}\n", goals::YARDSTICK);
+            told += &wrapped("* ", goals::YARDSTICK);
         }
         if telling.per_target {
             told += &self.targets_told();
@@ -170,7 +170,7 @@ impl Outcome {
         let mut told = String::new();
         if let Some(share) = get("uncovered_fraction").filter(|share| *share > UNCOVERED) {
             told += &format!(
-                "in no group   {:.1} {of} targets on average ({:.1} % of their time): no orbit is flown about them\n",
+                "in no group   {:.2} {of} targets on average ({:.2} %): no orbit is flown about them\n",
                 share * mean,
                 100.0 * share
             );
@@ -182,7 +182,7 @@ impl Outcome {
             if let Some(share) = get(metric) {
                 let percent = 100.0 * share;
                 told += &format!(
-                    "{what:13} {:.1} {of} targets on average ({percent:.1} % of their time): {words}\n",
+                    "{what:13} {:.2} {of} targets on average ({percent:.2} %): {words}\n",
                     share * mean
                 );
             }

@@ -565,7 +565,7 @@ fn of_very_many_events_the_first_are_told_and_the_others_counted() {
     let notes = String::from_utf8(output.stderr).unwrap();
     assert_eq!(notes, "note: the run has more events than are told one by one: 395371 are in events.parquet only\n");
     let told = String::from_utf8(output.stdout).unwrap();
-    assert!(told.contains("events         400000 lost\n") && told.contains("395371 later events"), "{told}");
+    assert!(told.contains("\nevents\n  400000 lost\n") && told.contains("395371 later events"), "{told}");
     let summary = fs::read(path.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
     assert_eq!((summary["events"].as_array().unwrap().len(), &summary["events_left_out"]), (4629, &395_371.into()));

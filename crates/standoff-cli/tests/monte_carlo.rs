@@ -121,7 +121,7 @@ fn a_comparison_says_what_a_change_does() {
     let noisy = ["--set", "duration_s=40", "--set-b", "sensor.range_sd_m=30", "--metrics", "position_error_m,anees"];
     let table = run(&noisy);
     let line = table.lines().find(|line| line.starts_with("position_error_m")).unwrap();
-    assert!(line.ends_with("0 %  * A is better"), "{table}");
+    assert!(line.ends_with("* A is better; B smaller in 0 % of runs"), "{table}");
     assert!(table.contains("B: paper/table-2-pair sensor.range_sd_m=30\n"), "{table}");
     let json: Value = serde_json::from_str(&run(&[&noisy[..], &["--json"]].concat())).unwrap();
     let position = &json["metrics"]["position_error_m"];

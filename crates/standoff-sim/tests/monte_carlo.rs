@@ -240,7 +240,7 @@ fn another_batch_is_refused_with_what_differs() {
             (&template, new(&template, 5, 7, None, list), "the number of runs is 6, not 7"),
             (&template, new(&template, 5, 6, Some(Shard { index: 0, of: 2 }), list), "the shard is none, not 0/2"),
             (&template, new(&template, 5, 6, None, "table-2,handoffs"), "it has more metrics, anees"),
-            (&template, new(&template, 5, 6, None, "all"), "it lacks the metrics position_error_all_m"),
+            (&template, new(&template, 5, 6, None, "all"), "it lacks the metrics watched_fraction"),
         ] {
             check_refused(fly_until(dir, template, &other.unwrap(), 1, u64::MAX), &["holds another batch", expected]);
             assert_eq!(files(dir), before);

@@ -87,7 +87,7 @@ impl Events {
     pub(super) fn told(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>) -> String {
         let counts: Vec<String> = self.counts.iter().map(|(kind, n)| format!("{n} {}", text::words(kind))).collect();
         let mut told = String::from("\nevents\n");
-        told += &wrapped(&if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
+        told += &wrapped("  ", &if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
         let lasting_s = self.lasting_s(end_s, ends_s);
         let mut telling: Vec<usize> =
             (0..self.events.len()).filter(|&place| !ROUTINE.contains(&self.events[place].kind.as_str())).collect();
@@ -168,18 +168,18 @@ pub(super) fn named(name: &str) -> String {
     if name.starts_with(char::is_alphabetic) { name.to_owned() } else { format!("target \"{name}\"") }
 }
 
-/// In lines of at most 96 characters, indented.
-fn wrapped(words: &str) -> String {
-    let (mut text, mut line) = (String::new(), String::new());
+/// In lines of at most 99 characters, the first behind a sign of two characters, the others indented as far.
+pub(super) fn wrapped(sign: &str, words: &str) -> String {
+    let (mut text, mut line) = (String::new(), sign.to_owned());
     for word in words.split(' ') {
-        if line.len() + 1 + word.len() > 96 {
-            text += &format!("  {line}\n");
-            line.clear();
+        if line.chars().count() + word.chars().count() > 99 {
+            text += &format!("{}\n", line.trim_end());
+            line = "  ".to_owned();
         }
-        line += if line.is_empty() { "" } else { " " };
         line += word;
+        line.push(' ');
     }
-    text + &format!("  {line}\n")
+    text + line.trim_end() + "\n"
 }
 
 #[cfg(test)]

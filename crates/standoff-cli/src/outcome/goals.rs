@@ -13,7 +13,7 @@ const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// What is said below a table with the paper's law beside the run.
 pub(super) const YARDSTICK: &str = "paper's law: the same scenario, starts and seed under the law as printed, whose \
-    margin (16), an\n  erratum, adds a squared distance to metres: its orbits jump to r_d,max whenever members change";
+    margin (16), an erratum, adds a squared distance to metres: its orbits jump to r_d,max whenever members change";
 
 /// What values of a metric are good: a goal (better the nearer), a limit (not to be passed) or a bound (cannot be
 /// passed). Empty where neither is known.
@@ -46,11 +46,8 @@ pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str
     let get = |metric: &str| metrics.get(metric).flatten().filter(|_| is_told(metric));
     let mut words = Vec::new();
     if settings.team.group.margin == Margin::Mahalanobis {
-        words.push(
-            "r_d jumps when members change: margin (16) as printed, an erratum, adds a squared distance to metres.\n  \
-             Without: --set orbit.margin=standard-deviations --set orbit.on_membership_change=shift"
-                .to_owned(),
-        );
+        let without = "--set orbit.margin=standard-deviations";
+        words.push(format!("r_d jumps: margin (16) is no length (an erratum); without: {without}"));
     }
     if let Some(closest_m) = get("separation_min_layer_m").filter(|closest_m| *closest_m < CLOSE_M) {
         words.push(format!("two UAVs at one altitude came within {closest_m:.0} m; nothing enforces a distance"));
