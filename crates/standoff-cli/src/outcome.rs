@@ -181,10 +181,7 @@ impl Outcome {
         ] {
             if let Some(share) = get(metric) {
                 let percent = 100.0 * share;
-                told += &format!(
-                    "{what:13} {:.2} {of} targets on average ({percent:.2} %): {words}\n",
-                    share * mean
-                );
+                told += &format!("{what:13} {:.2} {of} targets on average ({percent:.2} %): {words}\n", share * mean);
             }
         }
         if let Some(gap_s) = get("longest_gap_s") {

@@ -25,7 +25,7 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
         "line_of_sight_deg" | "line_of_sight_max_deg" => format!("limit {half_deg:.0}: half the field of view"),
         "position_error_m" => {
             let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
-            format!("small; a single scan errs by {range_m} m and {bearing_deg:.0} deg")
+            format!("small (one scan: {range_m} m, {bearing_deg:.0} deg)")
         }
         "velocity_error_m_s" => "small".to_owned(),
         "separation_min_m" => "altitudes may differ".to_owned(),
