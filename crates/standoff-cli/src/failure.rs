@@ -12,7 +12,7 @@ use standoff_sim::text;
 pub(crate) enum Failure {
     /// Wrong input or usage: exit status 2.
     Input(String),
-    /// A scenario that cannot be used: exit status 2.
+    /// A scenario that cannot be used: exit status 2; 1 if the machine failed to read it.
     Scenario(ScenarioError),
     /// It failed while running: exit status 1.
     Running(String),
@@ -33,7 +33,7 @@ impl Failure {
     pub(crate) fn told(&self) -> u8 {
         match self {
             Self::Input(message) | Self::Running(message) => note(&format!("error: {message}")),
-            Self::Scenario(ScenarioError { problems }) => {
+            Self::Scenario(ScenarioError { problems, .. }) => {
                 problems.iter().for_each(|problem| say(&drawn(problem)));
                 if problems.len() >= MISTAKES_MAX {
                     note("there may be more: reading ends after so many mistakes");
@@ -42,6 +42,7 @@ impl Failure {
             Self::NobodyListens => {}
         }
         match self {
+            Self::Scenario(error) if error.is_machine_s => 1,
             Self::Input(_) | Self::Scenario(_) => 2,
             Self::Running(_) => 1,
             Self::NobodyListens => 0,

@@ -76,6 +76,14 @@ pub(crate) fn size(bytes: u64) -> String {
     }
 }
 
+/// That a file cannot be read, and what to do if the machine is to blame.
+pub(crate) fn cannot_be_read(reason: &io::Error) -> String {
+    match is_wrong(reason) {
+        true => format!("cannot be read: {reason}"),
+        false => format!("cannot be read: {reason}; {}", advice(reason, "check the disk")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -225,12 +225,13 @@ impl Template {
         let (traffic, mut problems) = match traffic::read(&typed) {
             Ok(traffic) if typed.problems.is_empty() => return Ok(Self { typed, traffic: traffic.map(Arc::new) }),
             Ok(traffic) => (traffic, Vec::new()),
+            Err(error) if error.is_machine_s => return Err(error),
             Err(error) => (None, error.problems),
         };
         if let Err(error) = resolve::checked(&typed, traffic.as_ref(), 0) {
             problems.splice(..0, error.problems);
         }
-        Err(ScenarioError { problems })
+        Err(problems.into())
     }
 
     /// The scenario's name.

@@ -156,6 +156,8 @@ pub struct TrafficError {
     pub position: Option<Position>,
     /// What is wrong, without the place.
     pub message: String,
+    /// What was named is all right, as far as is known: the machine failed to read it.
+    pub is_machine_s: bool,
 }
 
 /// Reads the traffic file at `path`. Fails if it is no file (a pipe, say) or too large, before anything is read; if it
@@ -174,7 +176,10 @@ pub fn read_from(reader: impl Read, name: &str, options: &Options) -> Result<Tra
 }
 
 fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
-    move |fault| TrafficError { file: file.to_string(), position: fault.position, message: fault.message }
+    move |fault| {
+        let Fault { position, message, is_machine_s } = fault;
+        TrafficError { file: file.to_string(), position, message, is_machine_s }
+    }
 }
 
 fn parse(reader: impl Read, options: &Options) -> Result<Traffic, Fault> {
@@ -301,5 +306,21 @@ mod tests {
     #[test]
     fn reading_twice_gives_the_same() {
         assert_eq!(read_bytes(XML.as_bytes()), read_bytes(XML.as_bytes()));
+    }
+
+    /// A disk that fails in the middle of a file is no fault of the file's, and of no scenario that names it.
+    #[test]
+    fn a_machine_that_fails_is_told_from_a_file_that_is_wrong() {
+        struct Failing;
+        impl Read for Failing {
+            fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+                Err(io::Error::from_raw_os_error(5))
+            }
+        }
+        let error = read_from(CSV.as_bytes().chain(Failing), "f", &Options::default()).unwrap_err();
+        assert!(error.is_machine_s && error.message.ends_with("check the disk"), "{error}");
+        assert!(crate::scenario::ScenarioError::from(error).is_machine_s);
+        let error = read(Path::new("no/such/file.csv"), &Options::default()).unwrap_err();
+        assert!(!error.is_machine_s && !crate::scenario::ScenarioError::from(error).is_machine_s);
     }
 }

@@ -272,6 +272,6 @@ impl Problems {
             }
         }
         problems.sort_by_key(|problem| problem.place.map_or((usize::MAX, 0), |place| (place.line, place.column)));
-        Err(ScenarioError { problems })
+        Err(problems.into())
     }
 }

@@ -13,6 +13,8 @@ use crate::traffic::TrafficError;
 pub struct ScenarioError {
     /// Everything that is wrong.
     pub problems: Vec<Problem>,
+    /// What was named is all right, as far as is known: the machine failed to read it.
+    pub is_machine_s: bool,
 }
 
 /// One thing that is wrong.
@@ -61,14 +63,20 @@ impl ScenarioError {
 
 impl From<Problem> for ScenarioError {
     fn from(problem: Problem) -> Self {
-        Self { problems: vec![problem] }
+        vec![problem].into()
+    }
+}
+
+impl From<Vec<Problem>> for ScenarioError {
+    fn from(problems: Vec<Problem>) -> Self {
+        Self { problems, is_machine_s: false }
     }
 }
 
 impl From<TrafficError> for ScenarioError {
     fn from(error: TrafficError) -> Self {
         let place = error.position.map(|at| Place { line: at.line as usize, column: at.column as usize });
-        Self::one(error.file, place, error.message)
+        Self { is_machine_s: error.is_machine_s, ..Self::one(error.file, place, error.message) }
     }
 }
 

@@ -167,7 +167,7 @@ fn take(
     }
     match file {
         Some(file) => Ok((file, left_out)),
-        None => Err(ScenarioError { problems: std::mem::take(problems) }),
+        None => Err(std::mem::take(problems).into()),
     }
 }
 
@@ -268,7 +268,13 @@ fn read(name: &str) -> Result<String, ScenarioError> {
         Err(reason) if reason.kind() == io::ErrorKind::FileTooLarge => {
             return refuse(&format!("{reason}; name many targets in a traffic file, see [traffic]"));
         }
-        Err(reason) => return refuse(&format!("cannot be read: {reason}")),
+        Err(reason) => {
+            let is_machine_s = !input::is_wrong(&reason);
+            return Err(ScenarioError {
+                is_machine_s,
+                ..ScenarioError::one(name, None, input::cannot_be_read(&reason))
+            });
+        }
     };
     if let Some(encoding) = input::wide_encoding(&bytes) {
         return refuse(&format!("{encoding} text; a scenario is a TOML file in UTF-8: save it again in that encoding"));

@@ -147,7 +147,7 @@ impl Tallies {
             manoeuvres: rules.manoeuvring.contains(target),
             watched_fraction: share(tally.watched, tally.instants),
             seen_fraction: share(tally.seen, tally.instants),
-            longest_gap_s: (tally.instants > 0).then(|| tally.longest_gap as f64 * rules.period_s),
+            longest_gap_s: (tally.instants > 0).then_some(tally.longest_gap as f64 * rules.period_s),
             position_error_m: tally.position_m.value(),
             anees: tally.nees.value(),
         })

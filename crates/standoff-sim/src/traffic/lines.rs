@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 
 use super::limit::MAX_PIECE;
+use crate::input;
 
 /// Place in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,15 +44,17 @@ impl fmt::Display for Position {
 pub(super) struct Fault {
     pub(super) position: Option<Position>,
     pub(super) message: String,
+    /// The machine is to blame, not the file.
+    pub(super) is_machine_s: bool,
 }
 
 impl Fault {
     pub(super) fn whole(message: String) -> Self {
-        Self { position: None, message }
+        Self { position: None, message, is_machine_s: false }
     }
 
     pub(super) fn at(position: Position, message: String) -> Self {
-        Self { position: Some(position), message }
+        Self { position: Some(position), message, is_machine_s: false }
     }
 }
 
@@ -64,7 +67,7 @@ impl From<Fault> for io::Error {
 /// Says in words why the bytes could not be had; `position` is where, if the error does not know better.
 pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Fault {
     if let Some(fault) = error.get_ref().and_then(|inner| inner.downcast_ref::<Fault>()) {
-        return Fault { position: fault.position.or(position), message: fault.message.clone() };
+        return Fault { position: fault.position.or(position), ..fault.clone() };
     }
     let message = match error.kind() {
         io::ErrorKind::UnexpectedEof => {
@@ -73,9 +76,9 @@ pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Faul
         io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {
             format!("the gzip data are damaged ({error}); copy or make the file again")
         }
-        _ => format!("cannot be read: {error}"),
+        _ => input::cannot_be_read(error),
     };
-    Fault { position, message }
+    Fault { position, message, is_machine_s: !input::is_wrong(error) }
 }
 
 /// A reader that knows where it is, and that fails when one piece (from one `begin` to the next) becomes too long.
