@@ -194,7 +194,6 @@ impl Outcome {
     }
 
     fn table(&self, yardstick: Option<&Metrics>) -> String {
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
         let mut told = match yardstick {
             Some(_) => format!("{:33} {:>9} {:>12}       good is\n", "metric", "this run", "paper's law*"),
             None => format!("{:36} {:>9}       good is\n", "metric", "value"),
@@ -227,7 +226,6 @@ impl Outcome {
             "\n{:24} {:>10} {:>8} {:>13} {:>16} {:>6}\n",
             "target", "watched %", "seen %", "longest_gap_s", "position_error_m", "anees"
         );
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
         for PerTarget { target, score } in &targets {
             let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share));
             let manoeuvres = if score.manoeuvres { "  manoeuvres" } else { "" };
@@ -246,6 +244,10 @@ impl Outcome {
         }
         told
     }
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }
 
 /// `1 UAV`, `2 UAVs`.

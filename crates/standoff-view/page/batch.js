@@ -38,11 +38,17 @@ function written(tag, text, attributes = {}) {
   return made;
 }
 
+/** The first two metrics that tell one run from another, or whatever there is. */
+function telling({ metrics, variants }) {
+  const scatters = (metric) => variants.some((variant) => variant.statistics[metric.name]?.sd > 0);
+  return [...metrics.filter(scatters), ...metrics].slice(0, 2);
+}
+
 class BatchPage {
   constructor(data, source) {
     this.data = data;
     this.source = source;
-    this.metric = data.metrics[0];
+    [this.metric, this.against] = telling(data);
     this.chosen = null;
     this.plots = new BatchPlots(this);
   }
@@ -103,7 +109,8 @@ class BatchPage {
     }
     element("variant").replaceChildren(...variants.map((variant, index) => new Option(this.letter(variant), index)));
     element("of").hidden = !this.several;
-    element("up").value = (metrics[1] ?? metrics[0]).name;
+    element("across").value = this.metric.name;
+    element("up").value = this.against.name;
     element("csv").disabled = !this.hasValues;
     element("csv").title = this.hasValues ? "" : "too many runs for a page: runs.parquet holds the values";
     this.connect();

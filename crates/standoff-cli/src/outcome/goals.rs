@@ -56,14 +56,15 @@ pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str
     if discards > 0.0 && get("watched_fraction").is_some_and(|share| share < 1.0) {
         let radius_max_m = settings.team.group.standoff.radius_max_m;
         words.push(format!(
-            "watched_fraction counts discarded targets, too: no orbit of at most r_d,max = {radius_max_m:.0} m held them \
-             with their group"
+            "watched_fraction, seen_fraction and longest_gap_s count discarded targets, too: no orbit of at most r_d,max \
+             = {radius_max_m:.0} m held them with their group"
         ));
     }
-    if get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
-        words.push(
-            "standoff errors count the ways onto another orbit, too, whenever a group's members change".to_owned(),
-        );
+    let changes = discards + metrics.get("handoffs").flatten().unwrap_or(0.0);
+    if changes > 0.0 && get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
+        words.push(format!(
+            "standoff errors count the ways onto another orbit, too, as after the {changes:.0} handoffs and discards here"
+        ));
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
     if get("line_of_sight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {
