@@ -22,6 +22,7 @@ mod yardstick;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use changes::key_and_value;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
@@ -115,6 +116,13 @@ fn main() -> ExitCode {
     done().map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
 }
 
+/// What to write where a value was set with a space: who parses arguments may complain of what comes behind that first.
+fn without_value() -> Option<String> {
+    let arguments: Vec<_> = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
+    let set = arguments.windows(2).filter(|pair| ["--set", "--set-b"].contains(&pair[0].as_str()));
+    set.filter_map(|pair| key_and_value(&pair[1]).err().map(|what| format!("{}: {what}", pair[0]))).next()
+}
+
 /// Which arguments are not UTF-8: who parses them says only that one is.
 fn not_text() -> Failure {
     let arguments: Vec<_> = std::env::args_os().filter(|argument| argument.to_str().is_none()).collect();
@@ -136,7 +144,8 @@ fn done() -> Result<(), Failure> {
         // It repeats arguments as they are.
         Err(misused) if misused.use_stderr() => {
             let told = misused.render().to_string();
-            return Err(Failure::Input(told.trim_start_matches("error: ").trim_end().to_owned()));
+            let told = told.trim_start_matches("error: ").trim_end().to_owned();
+            return Err(Failure::Input(without_value().unwrap_or(told)));
         }
         Err(help) => help.exit(),
     };

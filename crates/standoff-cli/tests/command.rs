@@ -310,7 +310,10 @@ fn what_may_have_been_meant_is_said() {
         let args = ["compare", "mine.toml", option, "guidance.lead_s", "0"];
         check_refused(&args, &[option, "a key without its value: write guidance.lead_s=VALUE"]);
     }
-    check_refused(&["run", "--set", "guidance.lead_s", "0"], &["write guidance.lead_s=VALUE, with = and no space"]);
+    for args in [&["run"][..], &["run", "tour/01-one-uav"]] {
+        let args = [args, &["--set", "guidance.lead_s", "0"]].concat();
+        check_refused(&args, &["--set", "write guidance.lead_s=VALUE, with = and no space"]);
+    }
     check_refused(
         &["run", "--uavs", "2", "--set", "uavs.count=3"],
         &["--uavs 2 and --set uavs.count=3 contradict each other"],

@@ -83,8 +83,7 @@ pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str
                 model.acceleration_sd_m_s2
             ),
             (_, true) => "anees below 1: the estimates are better than the filter says".to_owned(),
-            (_, false) => "anees above 1: the estimates are worse than the filter says; targets move as it does not expect"
-                .to_owned(),
+            (_, false) => "anees above 1: the estimates are worse than the filter says".to_owned(),
         });
     }
     if get("anees_manoeuvring").is_some_and(|anees| !CONSISTENT.contains(&anees)) {
