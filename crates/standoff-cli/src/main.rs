@@ -31,7 +31,8 @@ use standoff_sim::text;
 
 /// UAVs keep groups of moving ground vehicles in view: coordinated standoff tracking, simulated.
 ///
-/// Without a command: flies paper/figure-9, prints the outcome, writes the results, says where.
+/// Without a command: flies best/figure-9, prints the outcome beside that of the paper's law, writes the results, says
+/// where.
 #[derive(Parser)]
 #[command(name = "standoff", version, after_help = EXAMPLES, disable_help_subcommand = true, max_term_width = WIDTH)]
 struct Cli {
@@ -103,8 +104,8 @@ Examples:
                                                       what a change does
   standoff scenarios tour/01-one-uav > mine.toml      begin one of your own
   standoff check mine.toml
-  standoff show standoff-out/paper/figure-9-1         tell a run again
-  standoff view standoff-out/paper/figure-9-1         look at it in a browser
+  standoff show standoff-out/best/figure-9-1          tell a run again
+  standoff view standoff-out/best/figure-9-1          look at it in a browser
   standoff reproduce table-2                          the paper's beside ours
 
 Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";

@@ -38,7 +38,7 @@ Examples:
 /// What to fly, and where the results go.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// A built-in scenario's name, or a scenario file [default: paper/figure-9; with --traffic, the settings of
+    /// A built-in scenario's name, or a scenario file [default: best/figure-9; with --traffic, the settings of
     /// traffic/convoy].
     scenario: Option<String>,
     #[command(flatten)]

@@ -27,7 +27,7 @@ use crate::watch::{Served, Watched};
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff view                                   fly figure 9, look at it
-  standoff view standoff-out/paper/figure-9-1     look at a run
+  standoff view standoff-out/best/figure-9-1      look at a run
   standoff view best/figure-9 --seed 7            fly it; write nothing
   standoff view standoff-out/batch                look at many runs
   standoff view batch-a batch-b                   compare batches
@@ -37,7 +37,7 @@ Examples:
 #[derive(Parser)]
 pub(crate) struct Args {
     /// The folder of a run, or of the runs of a standoff monte-carlo (several of these are compared); or a built-in
-    /// scenario's name or a scenario file, which is flown [default: paper/figure-9; with --traffic, the settings of
+    /// scenario's name or a scenario file, which is flown [default: best/figure-9; with --traffic, the settings of
     /// traffic/convoy].
     #[arg(value_name = "DIR|SCENARIO")]
     what: Vec<String>,

@@ -1,4 +1,4 @@
-//! The paper's law as a yardstick: the same mission under the law as printed.
+//! The paper's law as a yardstick: the same mission under it.
 
 use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
