@@ -87,7 +87,7 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
     if let Some(file) = &args.report {
         if file.extension().is_none_or(|extension| extension != "html") {
             let what = "--report: must be called *.html, so that nothing else is replaced";
-            return Err(Failure::Input(format!("{}: {what}", file.display())));
+            return Err(Failure::Input(format!("{}: {what}", text::path(file))));
         }
         let page = page::batch_report(&Batch::open(&[a, b]).map_err(failure)?).map_err(Failure::running)?;
         save(file, &page)?;
@@ -130,7 +130,7 @@ fn table(comparison: &Comparison) -> String {
         text += line.trim_end();
         text += "\n";
     }
-    text + "\n* B - A lies beyond the metric's size of interest (docs/metrics.md) with its whole interval over pairs of runs\n"
+    text + "\nshares (_fraction) from 0 to 1\n* B - A lies beyond the metric's size of interest (docs/metrics.md) with its whole interval over pairs of runs\n"
 }
 
 /// What a row comes to, in words.

@@ -4,6 +4,7 @@ use std::path::{Path, absolute};
 
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
+use standoff_sim::text;
 use standoff_view::mcap::{McapError, Writer};
 
 use crate::failure::{Failure, note};
@@ -20,13 +21,13 @@ impl Mcap {
         let [inside, folder] = [file, out].map(|path| absolute(path).map_err(Failure::input));
         if inside?.starts_with(folder?) {
             let what = "lies in the folder of the run, which holds its record alone; name a file outside it";
-            return Err(Failure::Input(format!("{}: {what}", file.display())));
+            return Err(Failure::Input(format!("{}: {what}", text::path(file))));
         }
         let resolved = scenario.resolved().map_err(Failure::Scenario)?;
         let is_there = file.exists();
         let writer = Writer::create(file, scenario, &resolved).map_err(Failure::input)?;
         if is_there {
-            note(&format!("note: replacing the older file {}", file.display()));
+            note(&format!("note: replacing the older file {}", text::path(file)));
         }
         Ok(Self { writer: Ok(writer), has_frames: false })
     }
@@ -48,7 +49,7 @@ impl Mcap {
             return;
         }
         match self.writer.and_then(Writer::stop) {
-            Ok(kept) => note(&format!("note: the MCAP file ends with the run and stays in {}", kept.display())),
+            Ok(kept) => note(&format!("note: the MCAP file ends with the run and stays in {}", text::path(&kept))),
             Err(error) => note(&format!("warning: {error}")),
         }
     }

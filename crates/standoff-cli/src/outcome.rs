@@ -147,13 +147,13 @@ impl Outcome {
         told += &self.custody();
         told += &self.table(telling.yardstick);
         let is_told = |metric: &str| telling.yardstick.is_none() || BESIDE_YARDSTICK.contains(&metric);
-        for word in goals::words(&self.metrics, &self.settings, is_told) {
+        for word in goals::words(&self.metrics, &self.events, &self.settings, is_told) {
             told += &wrapped("* ", &word);
         }
         if telling.yardstick.is_some() {
             told += &wrapped("* ", goals::YARDSTICK);
         }
-        if telling.per_target {
+        if telling.per_target && !self.per_target.is_empty() {
             told += &self.targets_told();
         }
         let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
@@ -166,7 +166,7 @@ impl Outcome {
         let get = |name: &str| self.metrics.get(name).flatten();
         let Some(mean) = self.targets_mean else { return String::new() };
         let is_whole = (mean - mean.round()).abs() < 0.05;
-        let of = if is_whole { format!("of {mean:.0}") } else { format!("of {mean:.1}") };
+        let of = if is_whole { format!("of {mean:.0}") } else { format!("of {mean:.2}") };
         let mut told = String::new();
         if let Some(share) = get("uncovered_fraction").filter(|share| *share > UNCOVERED) {
             told += &format!(

@@ -20,6 +20,7 @@ use clap::{Parser, ValueEnum};
 
 use crate::failure::{Failure, note, print};
 use flights::Plan;
+use standoff_sim::text;
 use study::{Study, claims_file, save, save_figures, summary, write};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -113,7 +114,7 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
     check_folder(&args.out)?;
     let names = args.study.as_ref().map_or(Name::value_variants(), std::slice::from_ref);
     if names.iter().any(|name| args.out.join(name.claims()).exists()) {
-        note(&format!("note: replacing older results in {}", args.out.display()));
+        note(&format!("note: replacing older results in {}", text::path(&args.out)));
     }
     let mut studies = Vec::new();
     for name in names {
@@ -124,7 +125,7 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
         studies.extend(found);
     }
     print(&summary(&studies))?;
-    note(&format!("figures, data and claims in {}", args.out.display()));
+    note(&format!("figures, data and claims in {}", text::path(&args.out)));
     let Some(path) = &args.page else { return Ok(()) };
     let pictures = path.parent().unwrap_or(Path::new("")).join(page::PICTURES);
     studies.iter().try_for_each(|study| save_figures(&study.figures, &pictures))?;
@@ -134,7 +135,7 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
 /// What is no folder cannot hold the results.
 fn check_folder(out: &Path) -> Result<(), Failure> {
     if out.exists() && !out.is_dir() {
-        return Err(Failure::Input(format!("{}: not a folder; choose another with --out", out.display())));
+        return Err(Failure::Input(format!("{}: not a folder; choose another with --out", text::path(out))));
     }
     Ok(())
 }

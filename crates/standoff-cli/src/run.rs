@@ -129,7 +129,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let out = text::path(&out);
         Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
     })??;
-    let yardstick = yardstick::of(args.scenario.as_deref(), &args.changes, args.seed, choice)?;
+    let yardstick =
+        if args.json { None } else { yardstick::of(args.scenario.as_deref(), &args.changes, args.seed, choice)? };
     outcome.print(args.json, &out, Telling { yardstick: yardstick.as_ref(), ..Telling::default() })?;
     written?;
     let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption));

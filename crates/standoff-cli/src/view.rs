@@ -148,15 +148,16 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
 fn nothing_there(name: &str) -> Failure {
     let [partial, file] = [disk::PARTIAL, ".toml"].map(|ending| format!("{}{ending}", name.trim_end_matches('/')));
     let help = if Path::new(&partial).exists() {
-        format!("what an unfinished run has left is in {partial}")
+        format!("what an unfinished run has left is in {}", text::words(&partial))
     } else if Path::new(&file).is_file() {
-        format!("did you mean {file}?")
+        format!("did you mean {}?", text::words(&file))
     } else {
         let lists = "standoff scenarios lists what is built in; where the results of a run are it says at its end";
         built_in_like(name).unwrap_or_else(|| lists.to_owned())
     };
     Failure::Input(format!(
-        "{name}: no folder of results is there, no scenario file, and none of that name is built in; {help}"
+        "{}: no folder of results is there, no scenario file, and none of that name is built in; {help}",
+        text::words(name)
     ))
 }
 

@@ -21,14 +21,15 @@ pub(crate) const PAPERS_LAW: [&str; 8] = [
 ];
 
 /// What the paper's law comes to in the mission that is flown where none is named, changed alike, from the same starts
-/// and with the same seed. What somebody chose is told alone.
+/// and with the same seed. What somebody chose,
+/// mission or metrics, is told alone.
 pub(crate) fn of(
     named: Option<&str>,
     changes: &Changes,
     seed: u64,
     choice: Choice,
 ) -> Result<Option<Metrics>, Failure> {
-    if named.is_some() || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO {
+    if named.is_some() || choice != Choice::standard() || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO {
         return Ok(None);
     }
     let edits = changes.edits_and(&PAPERS_LAW.map(str::to_owned))?;

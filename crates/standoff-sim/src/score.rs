@@ -278,7 +278,7 @@ impl Scorer {
             line_of_sight_deg: self.line_of_sight_deg.value(),
             line_of_sight_max_deg: self.line_of_sight_max_deg,
             out_of_view_fraction: unseen.value(),
-            out_of_view_longest_s: longest_streak as f64 * period_s,
+            out_of_view_longest_s: unseen.value().map(|_| longest_streak as f64 * period_s),
             uncovered_fraction: self.uncovered.value(),
             infeasible_fraction: self.infeasible.value(),
             turn_rate_saturated_fraction: self.saturated.value(),
@@ -440,25 +440,23 @@ fn nees_per_state(rules: &Rules, track: &TrackRow, truth: &TruthRow) -> Option<f
     let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
     let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
     let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
-    const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
-    if let (Some(true_ax), Some(true_ay)) = (truth.ax_m_s2, truth.ay_m_s2) {
+    let is_random = rules.target.acceleration_sd_m_s2 >= LEAST_ACCELERATION_SD_M_S2;
+    if let (true, Some(true_ax), Some(true_ay)) = (is_random, truth.ax_m_s2, truth.ay_m_s2) {
         let [x, vx, y, vy] = error;
-        let error = SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]);
-        let random = if rules.target.acceleration_sd_m_s2 < LEAST_ACCELERATION_SD_M_S2 { 4 } else { 6 };
-        return normalised(&error, &covariance).map(|squared| squared / f64::from(random));
+        return normalised(&SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), &covariance);
     }
+    const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
     let part = SMatrix::from_fn(|row, column| covariance[(POSITION_AND_VELOCITY[row], POSITION_AND_VELOCITY[column])]);
-    normalised(&SVector::from(error), &part).map(|squared| squared / POSITION_AND_VELOCITY.len() as f64)
+    normalised(&SVector::from(error), &part)
 }
 
 /// A filter that is told of less assumes this, so that its covariance has an inverse: its targets' acceleration, which it
 /// takes for known, is no random number.
 const LEAST_ACCELERATION_SD_M_S2: f64 = 1e-6;
 
-/// e' P^-1 e.
 fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64, N, N>) -> Option<f64> {
     let cholesky = nalgebra::Cholesky::new(*covariance)?;
-    Some(error.dot(&cholesky.solve(error)))
+    Some(error.dot(&cholesky.solve(error)) / N as f64)
 }
 
 /// Keeps the smaller one.

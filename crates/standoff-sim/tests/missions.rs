@@ -427,11 +427,11 @@ fn while_all_uavs_are_out_nothing_is_in_view() {
     let (out, whole) = (of(&load(path.to_str().unwrap())), of(&load("best/figure-9")));
     // 40 of 200 instants are dark, and one more until sensors are pointed again.
     assert!((out.out_of_view_fraction.unwrap() - 0.212).abs() < 5e-4, "{:?}", out.out_of_view_fraction);
-    assert_eq!((out.out_of_view_longest_s, out.longest_gap_s), (20.5, Some(20.5)));
+    assert_eq!((out.out_of_view_longest_s, out.longest_gap_s), (Some(20.5), Some(20.5)));
     let lost = whole.seen_fraction.unwrap() - out.seen_fraction.unwrap();
     assert!((0.19..0.22).contains(&lost), "{lost}");
     assert!(out.watched_fraction.unwrap() < 0.78);
-    assert_eq!((whole.out_of_view_fraction, whole.out_of_view_longest_s), (Some(0.0), 0.0));
+    assert_eq!((whole.out_of_view_fraction, whole.out_of_view_longest_s), (Some(0.0), Some(0.0)));
 }
 
 /// One UAV alone that is out from the start has seen nothing, and is not perfect.
@@ -446,6 +446,7 @@ fn a_single_uav_that_is_out_is_not_perfect() {
     assert_eq!((metrics.seen_fraction, metrics.watched_fraction), (Some(0.0), Some(0.0)));
     assert_eq!(metrics.longest_gap_s, Some(scenario.settings.duration.s()));
     assert_ne!(metrics.out_of_view_fraction, Some(0.0));
+    assert_ne!(metrics.out_of_view_longest_s, Some(0.0));
 }
 
 /// Any two UAVs; two at one altitude; two of a group: each is at least as near as the next.

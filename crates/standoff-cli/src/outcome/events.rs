@@ -13,12 +13,12 @@ const KINDS: usize = 50;
 /// That a target is cued or first measured is routine, and that something is over tells little.
 const ROUTINE: [&str; 4] = ["cued", "acquired", "orbit-feasible", "uavs-apart"];
 /// What is bad for who watches, and what ends it.
-const BAD: [(&str, &str); 5] = [
-    ("lost", "reacquired"),
-    ("discarded", "taken-back"),
-    ("orbit-infeasible", "orbit-feasible"),
-    ("uavs-close", "uavs-apart"),
-    ("uav-lost", "uav-joined"),
+const BAD: [(&str, &[&str]); 5] = [
+    ("lost", &["reacquired"]),
+    ("discarded", &["taken-back", "joined", "lost"]),
+    ("orbit-infeasible", &["orbit-feasible", "group-dissolved"]),
+    ("uavs-close", &["uavs-apart", "group-dissolved"]),
+    ("uav-lost", &["uav-joined"]),
 ];
 
 /// The events of a run: the first of them one by one, all in numbers.
@@ -120,9 +120,8 @@ impl Events {
         let mut over_s = BTreeMap::new();
         let lasting_s = self.events.iter().rev().map(|event| {
             let whom = (event.target.as_deref(), event.group, event.uavs.first());
-            if let Some((kind, _)) = BAD.iter().find(|(_, end)| *end == event.kind) {
+            for (kind, _) in BAD.iter().filter(|(_, ends)| ends.contains(&event.kind.as_str())) {
                 over_s.insert((*kind, subject(kind, whom)), event.time_s);
-                return None;
             }
             let (kind, _) = BAD.iter().find(|(kind, _)| *kind == event.kind)?;
             let gone_s = event.target.as_deref().and_then(|target| ends_s.get(target)).copied().unwrap_or(end_s);
@@ -206,6 +205,11 @@ mod tests {
         assert!(told.contains("30.0 s  orbit-infeasible   group 3: so (lasts 40.0 s)"), "{told}");
         assert!(told.contains("80.0 s  lost               car-25: so (lasts 20.0 s)"), "{told}");
         assert!(told.contains("and 30 more in summary.json"), "{told}");
+        // Who joins another group is discarded no more.
+        events.add(85_000_000, &event("discarded", Some(26), Some(3)), &names);
+        events.add(86_000_000, &event("joined", Some(26), Some(4)), &names);
+        let told = events.told(100.0, &BTreeMap::new());
+        assert!(told.contains("car-26, group 3: so (lasts 1.0 s)"), "{told}");
         // Who has left is not missed.
         let told = events.told(100.0, &BTreeMap::from([("car-25", 81.0)]));
         assert!(told.contains("car-25: so (lasts 1.0 s)"), "{told}");

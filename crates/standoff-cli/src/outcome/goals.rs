@@ -4,6 +4,8 @@ use standoff::Margin;
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::Chosen;
 
+use super::Events;
+
 /// Two UAVs at one altitude that come nearer than this are told of, m. The event `uavs-close` has a limit of its own.
 const CLOSE_M: f64 = 100.0;
 /// A standoff error that is larger than what following an orbit leaves needs a word, m.
@@ -42,7 +44,12 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
 }
 
 /// Why numbers are what they are, where they could be taken for a failure.
-pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str) -> bool) -> Vec<String> {
+pub(super) fn words(
+    metrics: &Chosen,
+    events: &Events,
+    settings: &Settings,
+    is_told: impl Fn(&str) -> bool,
+) -> Vec<String> {
     let get = |metric: &str| metrics.get(metric).flatten().filter(|_| is_told(metric));
     let mut words = Vec::new();
     if settings.team.group.margin == Margin::Mahalanobis {
@@ -52,18 +59,18 @@ pub(super) fn words(metrics: &Chosen, settings: &Settings, is_told: impl Fn(&str
     if let Some(closest_m) = get("separation_min_layer_m").filter(|closest_m| *closest_m < CLOSE_M) {
         words.push(format!("two UAVs at one altitude came within {closest_m:.0} m; nothing enforces a distance"));
     }
-    let discards = metrics.get("discards").flatten().unwrap_or(0.0);
-    if discards > 0.0 && get("watched_fraction").is_some_and(|share| share < 1.0) {
-        let radius_max_m = settings.team.group.standoff.radius_max_m;
-        words.push(format!(
-            "watched_fraction, seen_fraction and longest_gap_s count discarded targets, too: no orbit of at most r_d,max \
-             = {radius_max_m:.0} m held them with their group"
-        ));
+    let is_all_watched = get("watched_fraction").is_none_or(|share| share >= 1.0);
+    if events.count("uav-lost") > 0 && !is_all_watched {
+        words.push("UAVs were out (uav-lost below): what only they could see counts as not seen".to_owned());
     }
-    let changes = discards + metrics.get("handoffs").flatten().unwrap_or(0.0);
-    if changes > 0.0 && get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
+    if events.count("discarded") > 0 && !is_all_watched {
+        let what = "watched_fraction, seen_fraction and longest_gap_s count discarded targets, too";
+        words.push(format!("{what}; the events below say why they were"));
+    }
+    let changes = events.count("discarded") + events.count("handoff-completed");
+    if changes > 0 && get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
         words.push(format!(
-            "standoff errors count the ways onto another orbit, too, as after the {changes:.0} handoffs and discards here"
+            "standoff errors count the ways onto another orbit, too, as after handoffs and discards ({changes} here)"
         ));
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();

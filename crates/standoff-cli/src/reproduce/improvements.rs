@@ -206,7 +206,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     let unseen = more.fly(&Flown::of(BEST, &[]), views)?;
     // Where no orbit holds a group its members may be lost.
     let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run.infeasible_fraction == Some(0.0)).collect();
-    let longest_s = feasible.iter().map(|run| run.out_of_view_longest_s).fold(0.0, f64::max);
+    let longest_s = feasible.iter().map(|run| run.out_of_view_longest_s.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
     let what =
         format!("longest out of view in {} runs (those always feasible of {}) (s)", feasible.len(), unseen.len());
     row(&what, 0.0, 0.0, Estimate::exact(longest_s));

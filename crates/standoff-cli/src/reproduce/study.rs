@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use standoff_sim::text;
 use standoff_view::figures::Figure;
 
 use super::claim::{Claim, FEW_RUNS, Verdict, shown};
@@ -154,7 +155,7 @@ pub(crate) fn save_figures(figures: &[Figure], dir: &Path) -> Result<(), Failure
 /// Writes a file, and the folders above it.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
-    made.map_err(|reason| Failure::running(format!("{}: {reason}", path.display())))?;
+    made.map_err(|reason| Failure::running(format!("{}: {reason}", text::path(path))))?;
     tell::save(path, text)
 }
 

@@ -108,7 +108,11 @@ impl Typed {
             remove(&mut table, "uavs", &["ring", "at"]);
             let file = traffic.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
             table.insert("about".to_owned(), Value::String(format!("UAVs over {}", words(&file))));
-            let file = Value::String(traffic.to_string_lossy().into_owned());
+            let Some(path) = traffic.to_str() else {
+                let what = "a traffic file's path must be UTF-8 text: rename it, or go into its folder";
+                return Err(ScenarioError::one(escaped(&traffic.to_string_lossy()), None, what));
+            };
+            let file = Value::String(path.to_owned());
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
             traffic_from = Some(PathBuf::new());
             name = traffic_name(traffic);

@@ -154,7 +154,7 @@ metrics! {
         /// Share of the time of group members in no view, 0 to 1.
         out_of_view_fraction: Option<f64>, "time of group members in no view", LARGE, 0.001;
         /// Longest time without a break that one was in no view, s.
-        out_of_view_longest_s: f64, "longest time of a group member in no view", LARGE, 0.5;
+        out_of_view_longest_s: Option<f64>, "longest time of a group member in no view", LARGE, 0.5;
         /// Share of the time of existing targets in no group, 0 to 1.
         uncovered_fraction: Option<f64>, "time of targets in no group", LARGE, 0.01;
         /// Share of UAV-time without a feasible orbit, 0 to 1.

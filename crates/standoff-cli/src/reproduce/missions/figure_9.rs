@@ -110,7 +110,7 @@ fn look(scenario: &Scenario) -> Result<Seen, Failure> {
         requested_s,
         completed_s,
         discarded_s,
-        all_in_view: metrics.out_of_view_longest_s == 0.0,
+        all_in_view: metrics.out_of_view_longest_s == Some(0.0),
         handoffs: metrics.handoffs as f64,
         discards: metrics.discards as f64,
     })

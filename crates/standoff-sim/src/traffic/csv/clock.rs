@@ -102,9 +102,15 @@ fn date_time(text: &str) -> Option<(Form, i64)> {
             .into_iter()
             .find_map(|format| NaiveDateTime::parse_from_str(&text, format).ok())
     };
-    match text.parse::<DateTime<FixedOffset>>() {
-        Ok(time) => Some((Form::Zoned, time.timestamp_micros())),
-        Err(_) => Some((Form::Local, local()?.and_utc().timestamp_micros())),
+    // An offset may be of hours alone.
+    let zoned = || {
+        ["%Y-%m-%dT%H:%M:%S%.f%#z", "%Y-%m-%d %H:%M:%S%.f%#z"]
+            .into_iter()
+            .find_map(|format| DateTime::parse_from_str(&text, format).ok())
+    };
+    match text.parse::<DateTime<FixedOffset>>().ok().or_else(zoned) {
+        Some(time) => Some((Form::Zoned, time.timestamp_micros())),
+        None => Some((Form::Local, local()?.and_utc().timestamp_micros())),
     }
 }
 
