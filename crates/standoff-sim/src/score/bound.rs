@@ -30,6 +30,8 @@ pub(super) struct Bound {
     cue: Matrix6<f64>,
     /// J^-1 of every target.
     covariances: BTreeMap<u32, Matrix6<f64>>,
+    /// Numbers could not hold one of them: what was known and what was measured differ by too much.
+    is_lost: bool,
     position: Efficiency,
     velocity: Efficiency,
 }
@@ -50,6 +52,7 @@ impl Bound {
             sensor,
             cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
             covariances: BTreeMap::new(),
+            is_lost: false,
             position: Efficiency::default(),
             velocity: Efficiency::default(),
         })
@@ -69,6 +72,7 @@ impl Bound {
                 covariance.matrix()
             });
             let covariance = told.get(&truth.target).map_or(prior, |information| informed(&prior, information));
+            self.is_lost |= !covariance.diagonal().iter().all(|variance| *variance >= 0.0 && variance.is_finite());
             self.covariances.insert(truth.target, covariance);
             let track = track_of(frame, truth.target).filter(|track| track.group.is_some());
             if let Some(track) = track {
@@ -81,13 +85,13 @@ impl Bound {
 
     /// Trace of a target's position block, m2.
     pub(super) fn position_m2(&self, target: u32) -> Option<f64> {
-        let covariance = self.covariances.get(&target)?;
+        let covariance = self.covariances.get(&target).filter(|_| !self.is_lost)?;
         Some(POSITION.iter().map(|axis| covariance[(*axis, *axis)]).sum())
     }
 
-    /// Of the position, and of the velocity.
+    /// Of the position, and of the velocity; of nothing where a bound is lost.
     pub(super) fn efficiencies(&self) -> [Efficiency; 2] {
-        [self.position, self.velocity]
+        if self.is_lost { Default::default() } else { [self.position, self.velocity] }
     }
 }
 
@@ -149,6 +153,21 @@ mod tests {
         let motion = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2 };
         let cue = CueError { position_sd_m: 20.0, velocity_sd_m_s: 2.0 };
         Rules { motion: Some(motion), cue, ..Rules::of(&scenario.settings) }
+    }
+
+    /// A cue of ten thousand kilometres beside a range of a millimetre: the bound is none rather than a negative one.
+    #[test]
+    fn a_bound_that_numbers_do_not_hold_is_none() {
+        let of = |range_sd_m, position_sd_m| {
+            let plain = rules(0.0);
+            let noise = Noise { range_sd_m, ..plain.noise };
+            let cue = CueError { position_sd_m, velocity_sd_m_s: 2.0 };
+            let mut bound = Bound::of(&Rules { noise, cue, period_s: 0.01, ..plain }).unwrap();
+            (0..20).for_each(|tick| bound.frame(&frame(&[(150.0, f64::from(tick))])));
+            (bound.position_m2(0).is_some(), bound.efficiencies().map(|one| one.ratio().is_some()))
+        };
+        assert_eq!(of(10.0, 16.0), (true, [true; 2]));
+        assert_eq!(of(0.001, 1e7), (false, [false; 2]));
     }
 
     /// A target at the origin, `ranges_and_phases` of the UAVs that detect it, and a track that is off by 3 m and 4 m,
