@@ -21,8 +21,7 @@ pub(crate) const PAPERS_LAW: [&str; 8] = [
 ];
 
 /// What the paper's law comes to in the mission that is flown where none is named, changed alike, from the same starts
-/// and with the same seed. What somebody chose,
-/// mission or metrics, is told alone.
+/// and with the same seed. What somebody chose, mission or metrics, is told alone.
 pub(crate) fn of(
     named: Option<&str>,
     changes: &Changes,
