@@ -26,6 +26,7 @@ use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId,
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
+pub use file::Minds;
 pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
@@ -82,6 +83,8 @@ pub struct Settings {
     pub settle: Duration,
     /// What the UAVs agree on.
     pub team: TeamParams,
+    /// Who keeps the team's picture.
+    pub minds: Minds,
     /// The sensors' real noise.
     pub noise: Noise,
     /// How well targets are handed over.

@@ -24,6 +24,8 @@ use crate::uav::{Integrator, UavParams};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TeamParams {
+    /// A UAV not heard for longer than this counts as lost, s; above 0, at most 60.
+    pub teammate_timeout_s: f64,
     /// Speeds, lags and limits of the UAVs.
     pub uav: UavParams,
     /// Sensor, target model and life of the tracks.
@@ -47,6 +49,7 @@ impl TeamParams {
             sensing_range_m: 1200.0,
         };
         Self {
+            teammate_timeout_s: 3.0,
             uav: UavParams {
                 speed_m_s: 40.0,
                 speed_change_max_m_s: 15.0,
@@ -61,6 +64,7 @@ impl TeamParams {
                 lost_position_sd_m: 300.0,
                 lost_in_view_s: 5.0,
                 start_velocity_sd_m_s: 10.0,
+                forget_lost_s: 600.0,
             },
             group: GroupParams {
                 standoff: StandoffParams {
@@ -80,7 +84,9 @@ impl TeamParams {
                 dwell_min_s: 3.0,
                 dwell_max_s: 30.0,
                 review_period_s: 30.0,
+                reach_ahead_s: 30.0,
                 objective: Objective::LogDet,
+                assignment_inertia: 0.5,
                 altitude_lowest_m: 300.0,
                 altitude_step_m: 50.0,
                 separation_alarm_m: 50.0,
@@ -106,6 +112,7 @@ impl TeamParams {
         errors.extend(self.track.errors());
         errors.extend(self.group.errors());
         errors.extend(self.guidance.errors());
+        Allowed::above(0.0).at_most(60.0).check("teammate_timeout_s", self.teammate_timeout_s, &mut errors);
         Allowed::above(self.group.standoff.radius_min_m)
             .because("from the smallest orbit, radius_min_m, the centre must be seen")
             .check("sensing_range_m", self.track.sensor.sensing_range_m, &mut errors);

@@ -59,6 +59,8 @@ pub struct ScenarioFile {
     pub settle_s: Option<Number>,
     /// The UAVs.
     pub uavs: Uavs,
+    /// How they know of each other.
+    pub team: Team,
     /// Their sensors, as they really are.
     pub sensor: Sensor,
     /// What the UAVs' filters assume.
@@ -104,6 +106,17 @@ table! {
         /// Who drops out, and when.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         outage: Vec<Outage> = Vec::new();
+    }
+}
+
+table! {
+    /// `[team]`: how the UAVs know of each other.
+    Team {
+        /// A UAV not heard for longer than this counts as lost, s.
+        teammate_timeout_s = 3.0;
+    } {
+        /// Where the team's picture is kept: `one` for all, or `each` UAV its own.
+        minds: Minds = Minds::One;
     }
 }
 
@@ -171,6 +184,8 @@ table! {
         lost_in_view_s = 5.0;
         /// Velocity of a track that starts from a measurement: standard deviation per axis, m/s.
         start_velocity_sd_m_s = 10.0;
+        /// A lost track is forgotten after this time, s.
+        forget_lost_s = 600.0;
     } {
         /// Correlation rate alpha of the targets' acceleration, 1/s; if absent: that of `[targets]`, or 0.3 for traffic.
         correlation_rate_1_s: Option<Number> = None;
@@ -235,6 +250,10 @@ table! {
         convergence_patience_s = 3.0;
         /// So often it is asked whether a group's UAVs could watch more targets by forming another, s; 0: never.
         review_period_s = 30.0;
+        /// UAVs are not sent to targets that they cannot have within sensing range after this time, s.
+        reach_ahead_s = 30.0;
+        /// What staying with its group counts for a UAV in the assignment (`log-det`), in ln det per target.
+        assignment_inertia = 0.5;
         /// Altitude of the lowest orbit, m.
         altitude_lowest_m = 300.0;
         /// From one group's altitude to the next, m.
@@ -373,6 +392,15 @@ words! {
         Exact,
         /// By one Euler step, as printed; both lags must be at least `period_s`.
         Euler,
+    }
+}
+words! {
+    /// Who keeps the team's picture: the same to the bit, for all hear everything.
+    Minds {
+        /// It is kept once, for all.
+        One,
+        /// Every UAV flies an agent of its own.
+        Each,
     }
 }
 words! {

@@ -88,6 +88,7 @@ fn settings(file: &ScenarioFile) -> Settings {
         period: Duration::from_s(of(&file.period_s)),
         settle: Duration::from_s(of(&file.settle_s)),
         team: team(file),
+        minds: file.team.minds,
         noise: Noise {
             range_sd_m: value(&file.sensor.range_sd_m),
             bearing_sd_rad: value(&file.sensor.bearing_sd_deg).to_radians(),
@@ -124,6 +125,7 @@ fn draw_numbers(file: &mut ScenarioFile, draws: Draws, problems: &mut Problems) 
     };
     let tables = [
         ("uavs", file.uavs.numbers()),
+        ("team", file.team.numbers()),
         ("sensor", file.sensor.numbers()),
         ("filter", file.filter.numbers()),
         ("cue", file.cue.numbers()),

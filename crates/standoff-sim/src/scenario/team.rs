@@ -13,6 +13,7 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
     let ScenarioFile { uavs, sensor, filter, orbit, groups, guidance, .. } = file;
     let field_of_view_rad = value(&sensor.field_of_view_deg).to_radians();
     TeamParams {
+        teammate_timeout_s: value(&file.team.teammate_timeout_s),
         uav: UavParams {
             speed_m_s: value(&uavs.speed_m_s),
             speed_change_max_m_s: value(&uavs.speed_change_max_m_s),
@@ -38,6 +39,7 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
             lost_position_sd_m: value(&filter.lost_position_sd_m),
             lost_in_view_s: value(&filter.lost_in_view_s),
             start_velocity_sd_m_s: value(&filter.start_velocity_sd_m_s),
+            forget_lost_s: value(&filter.forget_lost_s),
         },
         group: GroupParams {
             standoff: StandoffParams {
@@ -66,6 +68,8 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
             dwell_min_s: value(&groups.dwell_min_s),
             dwell_max_s: value(&groups.dwell_max_s),
             review_period_s: value(&groups.review_period_s),
+            reach_ahead_s: value(&groups.reach_ahead_s),
+            assignment_inertia: value(&groups.assignment_inertia),
             objective: match groups.objective {
                 file::Objective::LogDet => Objective::LogDet,
                 file::Objective::Printed => Objective::Printed,
@@ -105,6 +109,7 @@ pub(super) fn team(file: &ScenarioFile) -> TeamParams {
 
 /// Where a parameter of the library is typed; angles are typed in degrees.
 pub(super) const KEYS: &[(&str, &str)] = &[
+    ("teammate_timeout_s", "team.teammate_timeout_s"),
     ("speed_m_s", "uavs.speed_m_s"),
     ("speed_change_max_m_s", "uavs.speed_change_max_m_s"),
     ("turn_rate_max_rad_s", "uavs.turn_rate_max_rad_s"),
@@ -119,6 +124,7 @@ pub(super) const KEYS: &[(&str, &str)] = &[
     ("lost_position_sd_m", "filter.lost_position_sd_m"),
     ("lost_in_view_s", "filter.lost_in_view_s"),
     ("start_velocity_sd_m_s", "filter.start_velocity_sd_m_s"),
+    ("forget_lost_s", "filter.forget_lost_s"),
     ("field_of_view_margin_rad", "orbit.field_of_view_margin_deg"),
     ("radius_min_m", "orbit.radius_min_m"),
     ("radius_max_m", "orbit.radius_max_m"),
@@ -131,6 +137,8 @@ pub(super) const KEYS: &[(&str, &str)] = &[
     ("dwell_min_s", "groups.dwell_min_s"),
     ("dwell_max_s", "groups.dwell_max_s"),
     ("review_period_s", "groups.review_period_s"),
+    ("reach_ahead_s", "groups.reach_ahead_s"),
+    ("assignment_inertia", "groups.assignment_inertia"),
     ("altitude_lowest_m", "groups.altitude_lowest_m"),
     ("altitude_step_m", "groups.altitude_step_m"),
     ("separation_alarm_m", "groups.separation_alarm_m"),

@@ -88,8 +88,13 @@ pub struct GroupParams {
     /// So often it is asked whether a group's UAVs could watch more targets by forming another, s; at least 0; 0
     /// switches it off, as in the paper.
     pub review_period_s: f64,
+    /// UAVs are not sent to targets that they cannot have within sensing range after this time, s; at least 0.
+    pub reach_ahead_s: f64,
     /// What the assignment of UAVs to groups maximises.
     pub objective: Objective,
+    /// What staying where it is counts for a UAV under the default objective, in ln det per target of its group: nobody
+    /// is moved in flight for less; at least 0. A UAV twice as far away tells 1.4 less.
+    pub assignment_inertia: f64,
     /// Altitude of the lowest orbit above the plane, m; 1 to 20,000.
     pub altitude_lowest_m: f64,
     /// From one group's altitude to the next, m; 1 to 20,000.
@@ -119,6 +124,8 @@ impl GroupParams {
         );
         seconds.check("smoothing_s", self.smoothing_s, &mut errors);
         seconds.check("review_period_s", self.review_period_s, &mut errors);
+        seconds.check("reach_ahead_s", self.reach_ahead_s, &mut errors);
+        Allowed::at_least(0.0).at_most(100.0).check("assignment_inertia", self.assignment_inertia, &mut errors);
         let altitude = Allowed::at_least(1.0).at_most(2e4);
         altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
         altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);

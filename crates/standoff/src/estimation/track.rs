@@ -27,6 +27,8 @@ pub struct TrackParams {
     pub lost_in_view_s: f64,
     /// Standard deviation per axis of the velocity of a track that starts from a measurement, m/s; 0.001 to 1,000.
     pub start_velocity_sd_m_s: f64,
+    /// A lost track is forgotten after this time, s; above 0, at most 1,000,000.
+    pub forget_lost_s: f64,
 }
 
 impl TrackParams {
@@ -37,6 +39,7 @@ impl TrackParams {
         Allowed::above(0.0).at_most(1e4).check("lost_position_sd_m", self.lost_position_sd_m, &mut errors);
         Allowed::above(0.0).at_most(1e6).check("lost_in_view_s", self.lost_in_view_s, &mut errors);
         Allowed::at_least(1e-3).at_most(1e3).check("start_velocity_sd_m_s", self.start_velocity_sd_m_s, &mut errors);
+        Allowed::above(0.0).at_most(1e6).check("forget_lost_s", self.forget_lost_s, &mut errors);
         errors
     }
 
@@ -250,6 +253,7 @@ mod tests {
             lost_position_sd_m: 150.0,
             lost_in_view_s: 5.0,
             start_velocity_sd_m_s: 10.0,
+            forget_lost_s: 600.0,
         }
     }
 
