@@ -4,14 +4,22 @@ use core::fmt;
 
 /// A parameter outside its allowed range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} = {value}: must be {allowed}")]
+#[error("{path} = {value}: must be {allowed}")]
 pub struct ParamError {
-    /// The parameter's name, unit last.
-    pub name: &'static str,
+    /// Where the parameter stands in what was checked: fields joined by dots, as in `track.sensor.range_sd_m`.
+    pub path: String,
     /// The value that was given.
     pub value: f64,
     /// What is allowed.
     pub allowed: Allowed,
+}
+
+/// The errors of fields that have errors of their own, with their paths from the type around them.
+pub(crate) fn errors_of<const N: usize>(fields: [(&'static str, Vec<ParamError>); N]) -> Vec<ParamError> {
+    let within = |(field, errors): (&'static str, Vec<ParamError>)| {
+        errors.into_iter().map(move |error| ParamError { path: format!("{field}.{}", error.path), ..error })
+    };
+    fields.into_iter().flat_map(within).collect()
 }
 
 /// An interval of allowed values, in the parameter's unit.
@@ -97,10 +105,10 @@ impl Allowed {
         Self { lower: bound(self.lower), upper: bound(self.upper), because: self.because }
     }
 
-    /// Reports `value` under `name` if it is outside.
-    pub fn check(&self, name: &'static str, value: f64, errors: &mut Vec<ParamError>) {
+    /// Reports the parameter at `path` if its value is outside.
+    pub fn check(&self, path: &str, value: f64, errors: &mut Vec<ParamError>) {
         if !self.contains(value) {
-            errors.push(ParamError { name, value, allowed: *self });
+            errors.push(ParamError { path: path.to_owned(), value, allowed: *self });
         }
     }
 }
@@ -149,6 +157,14 @@ mod tests {
         let range = Allowed::above(0.0).at_most(2.0).because("see the manual");
         range.check("lag_s", 3.0, &mut errors);
         assert_eq!(errors[0].to_string(), "lag_s = 3: must be above 0 and at most 2 (see the manual)");
+    }
+
+    #[test]
+    fn an_error_of_a_field_carries_its_path() {
+        let mut inner = Vec::new();
+        Allowed::above(0.0).check("range_sd_m", 0.0, &mut inner);
+        let errors = errors_of([("track", errors_of([("sensor", inner)]))]);
+        assert_eq!(errors[0].to_string(), "track.sensor.range_sd_m = 0: must be above 0");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::estimation::track::TrackParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams, Lead, SpeedReference};
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::guidance::vector_field::Sense;
-use crate::param::{Allowed, ParamError};
+use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
 use crate::uav::{Integrator, UavParams};
@@ -19,7 +19,7 @@ use crate::uav::{Integrator, UavParams};
 /// let mut params = TeamParams::table_1();
 /// assert!(params.errors().is_empty());
 /// params.guidance.radial_gain = 5.0;
-/// assert_eq!(params.errors()[0].name, "radial_gain");
+/// assert_eq!(params.errors()[0].path, "guidance.radial_gain");
 /// assert!(params.errors()[0].to_string().contains("must be at least 0.001 and at most 1"));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,14 +108,16 @@ impl TeamParams {
     /// Every parameter that is out of range, alone or beside another: the smallest orbit lies within the sensing range,
     /// and orbits are planned with the sensor's own field of view.
     pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = self.uav.errors();
-        errors.extend(self.track.errors());
-        errors.extend(self.group.errors());
-        errors.extend(self.guidance.errors());
+        let mut errors = errors_of([
+            ("uav", self.uav.errors()),
+            ("track", self.track.errors()),
+            ("group", self.group.errors()),
+            ("guidance", self.guidance.errors()),
+        ]);
         Allowed::above(0.0).at_most(60.0).check("teammate_timeout_s", self.teammate_timeout_s, &mut errors);
         Allowed::above(self.group.standoff.radius_min_m)
             .because("from the smallest orbit, radius_min_m, the centre must be seen")
-            .check("sensing_range_m", self.track.sensor.sensing_range_m, &mut errors);
+            .check("track.sensor.sensing_range_m", self.track.sensor.sensing_range_m, &mut errors);
         let seen_rad = self.track.sensor.field_of_view_rad;
         if seen_rad.is_finite() {
             Allowed::exactly(seen_rad)
@@ -148,6 +150,6 @@ mod tests {
         assert!(params.errors().is_empty());
         // A field of view that is none is told once.
         (params.track.sensor.field_of_view_rad, params.group.standoff.field_of_view_rad) = (f64::NAN, f64::NAN);
-        assert_eq!(params.errors().iter().filter(|error| error.name.contains("field_of_view_rad")).count(), 1);
+        assert_eq!(params.errors().iter().filter(|error| error.path.contains("field_of_view_rad")).count(), 1);
     }
 }

@@ -392,7 +392,8 @@ mod tests {
         let period = Duration::from_s(0.5);
         let with_lags =
             |speed_lag_s, turn_rate_lag_s| UavParams { speed_lag_s, turn_rate_lag_s, ..table_1(Integrator::Euler) };
-        let names = |params: UavParams| params.errors_over(period).iter().map(|error| error.name).collect::<Vec<_>>();
+        let names =
+            |params: UavParams| params.errors_over(period).into_iter().map(|error| error.path).collect::<Vec<_>>();
         // Table I's lags fly at 10 m/s after one step down from 55 m/s, where 25 m/s is the least that is commanded.
         assert_eq!(names(table_1(Integrator::Euler)), ["speed_lag_s", "turn_rate_lag_s"]);
         assert!(names(table_1(Integrator::Exact)).is_empty());

@@ -242,8 +242,8 @@ fn parameters_out_of_range_are_all_reported() {
     let mut params = TeamParams::table_1();
     params.uav.speed_m_s = -1.0;
     params.guidance.radial_gain = 0.0;
-    let names: Vec<_> = Agent::new(UavId(0), params).unwrap_err().iter().map(|error| error.name).collect();
-    assert_eq!(names, ["speed_m_s", "speed_change_max_m_s", "radial_gain"]);
+    let paths: Vec<_> = Agent::new(UavId(0), params).unwrap_err().into_iter().map(|error| error.path).collect();
+    assert_eq!(paths, ["uav.speed_m_s", "uav.speed_change_max_m_s", "guidance.radial_gain"]);
 }
 
 fn any_number() -> impl Strategy<Value = f64> {

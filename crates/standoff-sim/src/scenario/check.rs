@@ -41,14 +41,14 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, problems: &
     problems.check("cue.position_sd_m", value(&cue.position_sd_m), findable);
     problems.check("cue.velocity_sd_m_s", value(&cue.velocity_sd_m_s), Allowed::at_least(1e-3).at_most(1e3));
     for error in team.errors() {
-        problems.add_param(&error);
+        problems.add_param(&error.path, &error);
     }
 }
 
 /// Checks what the UAVs are carried on with over a period. A record stays readable whatever it was flown with.
 pub(super) fn check_step(settings: &Settings, problems: &mut Problems) {
     for error in settings.team.uav.errors_over(settings.period) {
-        problems.add_param(&error);
+        problems.add_param(&format!("uav.{}", error.path), &error);
     }
 }
 
@@ -225,10 +225,10 @@ impl Problems {
     }
 
     /// A library parameter out of range, in the unit in which it was typed.
-    fn add_param(&mut self, error: &ParamError) {
-        let key = KEYS.iter().find(|(name, _)| *name == error.name).map_or(error.name, |(_, key)| key);
-        let is_angle = error.name.ends_with("_rad");
-        let allowed = if is_angle { error.allowed.map(f64::to_degrees) } else { error.allowed };
+    fn add_param(&mut self, path: &str, error: &ParamError) {
+        let (key, in_degrees) =
+            KEYS.iter().find(|(known, ..)| *known == path).map_or((path, false), |(_, key, degrees)| (*key, *degrees));
+        let allowed = if in_degrees { error.allowed.map(f64::to_degrees) } else { error.allowed };
         self.add(key.to_owned(), format!("must be {allowed}"));
     }
 

@@ -15,7 +15,7 @@ use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{
     Ramp, Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
 };
-use crate::param::{Allowed, ParamError};
+use crate::param::{Allowed, ParamError, errors_of};
 use crate::target::{TargetId, TargetState, Transition};
 use crate::team::TeamParams;
 use crate::time::Duration;
@@ -106,7 +106,7 @@ pub struct GroupParams {
 impl GroupParams {
     /// Every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = self.standoff.errors();
+        let mut errors = errors_of([("standoff", self.standoff.errors())]);
         if let Margin::StandardDeviations(sds) = self.margin {
             Allowed::at_least(0.0).at_most(100.0).check("margin_sds", sds, &mut errors);
         }

@@ -8,7 +8,7 @@ use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::frame::{Position, Velocity};
 use crate::message::Cue;
-use crate::param::{Allowed, ParamError};
+use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::{RangeBearing, SensorParams};
 use crate::target::{TargetId, TargetParams, TargetState, Transition};
 use crate::time::{Duration, Time};
@@ -34,8 +34,7 @@ pub struct TrackParams {
 impl TrackParams {
     /// Every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = self.target.errors();
-        errors.extend(self.sensor.errors());
+        let mut errors = errors_of([("target", self.target.errors()), ("sensor", self.sensor.errors())]);
         Allowed::above(0.0).at_most(1e4).check("lost_position_sd_m", self.lost_position_sd_m, &mut errors);
         Allowed::above(0.0).at_most(1e6).check("lost_in_view_s", self.lost_in_view_s, &mut errors);
         Allowed::at_least(1e-3).at_most(1e3).check("start_velocity_sd_m_s", self.start_velocity_sd_m_s, &mut errors);

@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn a_margin_that_eats_the_field_of_view_is_refused() {
         let bad = StandoffParams { field_of_view_margin_rad: 1.5, radius_max_m: 200.0, ..table_1() };
-        let names: Vec<_> = bad.errors().iter().map(|error| error.name).collect();
+        let names: Vec<_> = bad.errors().into_iter().map(|error| error.path).collect();
         assert_eq!(names, ["field_of_view_margin_rad", "radius_max_m"]);
     }
 }
