@@ -6,27 +6,28 @@
 
 mod builtin;
 mod check;
+mod draw;
 mod error;
 pub mod file;
+mod flown;
 mod form;
 mod load;
 mod locate;
 mod number;
+mod problems;
 mod resolve;
 mod schema;
 mod start;
 mod team;
 mod traffic;
 
-use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
-
-use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub use file::Minds;
+pub use flown::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targets};
 pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
@@ -34,153 +35,12 @@ pub use locate::Place;
 pub use number::Number;
 pub use schema::schema;
 
-use crate::traffic::{Origin, Traffic, Unit};
-
-/// Everything that determines a run.
-///
-/// ```
-/// use standoff_sim::scenario::{Edits, Scenario};
-///
-/// let edits = Edits { set: vec!["duration_s=20".to_owned()], ..Edits::default() };
-/// let scenario = Scenario::load("paper/table-2-pair", &edits, 7)?;
-/// assert_eq!((scenario.uavs.len(), scenario.settings.duration.s()), (2, 20.0));
-///
-/// let wrong = Edits { set: vec!["guidance.lead_sec=3".to_owned()], ..Edits::default() };
-/// let error = Scenario::load("paper/table-2-pair", &wrong, 7).unwrap_err();
-/// assert_eq!(error.to_string(), "command line: guidance.lead_sec: there is no such key; did you mean `lead_s`?");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug, Clone)]
-pub struct Scenario {
-    /// Name of the built-in scenario or of the file, without its ending.
-    pub name: String,
-    /// What it shows.
-    pub about: String,
-    /// The seed of every draw.
-    pub seed: u64,
-    /// How the mission is flown.
-    pub settings: Settings,
-    /// Where the UAVs start.
-    pub uavs: Vec<UavState>,
-    /// The targets.
-    pub targets: Targets,
-    /// UAVs that drop out.
-    pub outages: Vec<Outage>,
-    /// What to be careful about.
-    pub warnings: Vec<String>,
-    /// Every value spelt out.
-    file: file::ScenarioFile,
-}
-
-/// How a mission is flown: all of a scenario but who is in it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Length of the mission.
-    pub duration: Duration,
-    /// Time between two scans, which is also the guidance period.
-    pub period: Duration,
-    /// From when on the settled metrics count.
-    pub settle: Duration,
-    /// What the UAVs agree on.
-    pub team: TeamParams,
-    /// Who keeps the team's picture.
-    pub minds: Minds,
-    /// The sensors' real noise.
-    pub noise: Noise,
-    /// How well targets are handed over.
-    pub cue: CueError,
-    /// The model that the targets follow, manoeuvres aside; `None` where they come from a file.
-    pub model: Option<TargetParams>,
-    /// The targets that manoeuvre, by id.
-    pub manoeuvring: Arc<BTreeSet<u32>>,
-}
-
-impl Settings {
-    /// The model that all that targets do follows; `None` where they come from a file or manoeuvre.
-    #[must_use]
-    pub fn motion(&self) -> Option<TargetParams> {
-        self.model.filter(|_| self.manoeuvring.is_empty())
-    }
-}
-
-/// Noise of the sensors as they are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
-    /// Standard deviation of the range, m.
-    pub range_sd_m: f64,
-    /// Standard deviation of the bearing, rad.
-    pub bearing_sd_rad: f64,
-}
-
-/// Error of the cues.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CueError {
-    /// Standard deviation of the position per axis, m.
-    pub position_sd_m: f64,
-    /// Standard deviation of the velocity per axis, m/s.
-    pub velocity_sd_m_s: f64,
-}
-
-/// Where targets come from.
-#[derive(Debug, Clone)]
-pub enum Targets {
-    /// Drawn from the target model.
-    Random {
-        /// The model.
-        model: TargetParams,
-        /// Their first states.
-        start: Vec<TargetState>,
-        /// What some of them do on purpose.
-        manoeuvres: Vec<Manoeuvre>,
-    },
-    /// Read from a file.
-    Traffic(Arc<Traffic>),
-}
-
-/// A time in which a UAV sees nothing and is not heard.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outage {
-    /// Which UAV.
-    pub uav: UavId,
-    /// From when, s.
-    pub from_s: f64,
-    /// Until when, s; not before `from_s`.
-    pub until_s: f64,
-}
-
-/// An acceleration beside the random one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Manoeuvre {
-    /// Who manoeuvres.
-    pub target: TargetId,
-    /// From when, s.
-    pub from_s: f64,
-    /// Until when, s; not before `from_s`.
-    pub until_s: f64,
-    /// East and north, m/s2.
-    pub acceleration_m_s2: [f64; 2],
-}
+use crate::traffic::Traffic;
 
 impl Scenario {
     /// Loads a built-in scenario by name, or a file.
     pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
         Template::load(name_or_file, edits)?.draw(seed)
-    }
-
-    /// Where its local plane touches the Earth, if its traffic file says.
-    pub fn origin(&self) -> Option<Origin> {
-        match &self.targets {
-            Targets::Random { .. } => None,
-            Targets::Traffic(traffic) => traffic.origin,
-        }
-    }
-
-    /// What the coordinates of its traffic file were taken for, if it has one.
-    pub fn traffic_unit(&self) -> Option<Unit> {
-        match &self.targets {
-            Targets::Random { .. } => None,
-            Targets::Traffic(traffic) => Some(traffic.unit()),
-        }
     }
 
     /// The scenario as text with every value spelt out; loading it gives the same run.
@@ -263,6 +123,6 @@ impl Settings {
     /// The settings of a resolved scenario, as a record keeps it; `label` names it in messages. No traffic file is
     /// needed.
     pub fn of_record(label: &str, resolved: &str) -> Result<Self, ScenarioError> {
-        resolve::settings_of_record(load::Typed::of_text(label, resolved)?)
+        resolve::settings_of_record(&load::Typed::of_text(label, resolved)?)
     }
 }

@@ -3,87 +3,152 @@
 //! Every number may be a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
 //! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
 
+use std::fmt::Display;
+use std::path::Path;
+
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
+use standoff::{Agent, Allowed};
 
-use super::number::Number;
+use super::draw::{Draw, Drawing};
+use super::number::{Number, as_typed};
+use crate::traffic;
 
-/// Defines a table of a scenario file: its numbers with their defaults, and its other keys.
-macro_rules! table {
-    (
-        $(#[$table_doc:meta])*
-        $name:ident {
-            $($(#[$number_doc:meta])* $number:ident = $default:expr;)*
-        }
-        $({
-            $($(#[$other_doc:meta])* $other:ident: $type:ty = $other_default:expr;)*
-        })?
-    ) => {
-        $(#[$table_doc])*
-        #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct $name {
-            $($(#[$number_doc])* pub $number: Number,)*
-            $($($(#[$other_doc])* pub $other: $type,)*)?
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $($number: Number::Constant($default),)* $($($other: $other_default,)*)? }
+/// Defines the tables of a scenario file twice: as they are typed, and, in [`resolved`], as they are flown. A number comes
+/// with its default, and with the range in which it must be if it is not the library's to say.
+macro_rules! tables {
+    ($(
+        $(#[$doc:meta])*
+        table $name:ident
+        // Texts, at first empty.
+        $(texts { $($(#[$text_doc:meta])* $text:ident;)* })?
+        // Numbers.
+        $(numbers { $($(#[$number_doc:meta])* $number:ident = $default:expr $(, $allowed:expr)?;)* })?
+        // Numbers that follow others if they are absent: see `Absent`.
+        $(absent { $($(#[$absent_doc:meta])* $absent:ident $(: $absent_allowed:expr)?;)* })?
+        // Words.
+        $(words { $($(#[$word_doc:meta])* $word:ident: $word_type:ident = $word_default:ident;)* })?
+        // Numbers that may stay absent.
+        $(optional { $($(#[$optional_doc:meta])* $optional:ident: $optional_allowed:expr;)* })?
+        // Tables that are typed, in the place of which others are flown.
+        $(typed { $($(#[$typed_doc:meta])* $typed:ident: $typed_type:ty;)* })?
+        // Tables in this one.
+        $(tables { $($(#[$inner_doc:meta])* $inner:ident: $inner_type:ty;)* })?
+    )*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+            #[serde(default, deny_unknown_fields)]
+            pub struct $name {
+                $($($(#[$text_doc])* pub $text: String,)*)?
+                $($($(#[$number_doc])* pub $number: Number,)*)?
+                $($($(#[$absent_doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $absent: Option<Number>,)*)?
+                $($($(#[$word_doc])* pub $word: $word_type,)*)?
+                $($($(#[$optional_doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $optional: Option<Number>,)*)?
+                $($($(#[$typed_doc])* pub $typed: $typed_type,)*)?
+                $($($(#[$inner_doc])* pub $inner: $inner_type,)*)?
             }
-        }
 
-        impl $name {
-            /// Every number with its key.
-            pub(super) fn numbers(&mut self) -> Vec<(&'static str, &mut Number)> {
-                vec![$((stringify!($number), &mut self.$number),)*]
+            impl Default for $name {
+                fn default() -> Self {
+                    Self {
+                        $($($text: String::new(),)*)?
+                        $($($number: Number::Constant($default),)*)?
+                        $($($absent: None,)*)?
+                        $($($word: $word_type::$word_default,)*)?
+                        $($($optional: None,)*)?
+                        $($($typed: Default::default(),)*)?
+                        $($($inner: Default::default(),)*)?
+                    }
+                }
             }
+
+            impl Draw for $name {
+                type Drawn = resolved::$name;
+
+                fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> resolved::$name {
+                    resolved::$name {
+                        $($($text: self.$text.clone(),)*)?
+                        $($($number: drawing.number(at, stringify!($number), &self.$number, [$($allowed,)? Allowed::FINITE][0]),)*)?
+                        $($($absent: {
+                            let typed = self.$absent.unwrap_or(drawing.absent.$absent.into());
+                            drawing.number(at, stringify!($absent), &typed, [$($absent_allowed,)? Allowed::FINITE][0])
+                        },)*)?
+                        $($($word: self.$word,)*)?
+                        $($($optional: self.$optional.map(|typed| drawing.number(at, stringify!($optional), &typed, $optional_allowed)),)*)?
+                        $($($inner: self.$inner.drawn(&format_args!("{at}{}.", stringify!($inner)), drawing),)*)?
+                    }
+                }
+            }
+        )*
+
+        /// The same tables with nothing left to draw or to fill in.
+        pub(super) mod resolved {
+            use super::*;
+            $(
+                $(#[$doc])*
+                #[derive(Debug, Clone, PartialEq, Serialize)]
+                pub(crate) struct $name {
+                    $($($(#[$text_doc])* pub(crate) $text: String,)*)?
+                    $($($(#[$number_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $number: f64,)*)?
+                    $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
+                    $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
+                    $($($(#[$optional_doc])* #[serde(skip_serializing_if = "Option::is_none")] pub(crate) $optional: Option<f64>,)*)?
+                    $($($(#[$inner_doc])* pub(crate) $inner: $inner_type,)*)?
+                }
+            )*
         }
     };
 }
 
-/// A scenario file.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct ScenarioFile {
-    /// What the scenario shows, in a line.
-    pub about: String,
-    /// Length of the mission, s; if absent: 100 s, or as long as the traffic file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub duration_s: Option<Number>,
-    /// Time between two scans, T_s, which is also the guidance period, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub period_s: Option<Number>,
-    /// From when on the `..._settled` metrics count, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub settle_s: Option<Number>,
-    /// The UAVs.
-    pub uavs: Uavs,
-    /// How they know of each other.
-    pub team: Team,
-    /// Their sensors, as they really are.
-    pub sensor: Sensor,
-    /// What the UAVs' filters assume.
-    pub filter: Filter,
-    /// How well a search aircraft hands targets over.
-    pub cue: Cue,
-    /// The orbit.
-    pub orbit: Orbit,
-    /// Who watches whom.
-    pub groups: Groups,
-    /// The guidance law.
-    pub guidance: Guidance,
-    /// Random targets, drawn from the target model (5, 6).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub targets: Option<Targets>,
-    /// Real targets, read from a traffic file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub traffic: Option<Traffic>,
-}
+/// East or north, m.
+const PLACE_M: Allowed = Allowed::at_least(-1e7).at_most(1e7);
+const VELOCITY_M_S: Allowed = Allowed::at_least(-1e3).at_most(1e3);
+const ACCELERATION_M_S2: Allowed = Allowed::at_least(-100.0).at_most(100.0);
+const ANGLE_DEG: Allowed = Allowed::at_least(-1e6).at_most(1e6);
+const TIME_S: Allowed = Allowed::at_least(0.0).at_most(1e9);
+/// Of the target model: as the library has it.
+const TARGET_MODEL: Allowed = Allowed::at_least(0.0).at_most(100.0);
 
-table! {
+tables! {
+    /// A scenario file.
+    table ScenarioFile texts {
+        /// What the scenario shows, in a line.
+        about;
+    } absent {
+        /// Length of the mission, s; if absent: 100 s, or as long as the traffic file.
+        duration_s;
+        /// Time between two scans, T_s, which is also the guidance period, s.
+        period_s: Allowed::at_least(0.01).at_most(Agent::GAP_MAX.s());
+        /// From when on the `..._settled` metrics count, s.
+        settle_s: TIME_S;
+    } tables {
+        /// The UAVs.
+        uavs: Uavs;
+        /// How they know of each other.
+        team: Team;
+        /// Their sensors, as they really are.
+        sensor: Sensor;
+        /// What the UAVs' filters assume.
+        filter: Filter;
+        /// How well a search aircraft hands targets over.
+        cue: Cue;
+        /// The orbit.
+        orbit: Orbit;
+        /// Who watches whom.
+        groups: Groups;
+        /// The guidance law.
+        guidance: Guidance;
+        /// Random targets, drawn from the target model (5, 6).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        targets: Option<Targets>;
+        /// Real targets, read from a traffic file.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        traffic: Option<Traffic>;
+    }
+
     /// `[uavs]`: how many, how they fly, where they start.
-    Uavs {
+    table Uavs numbers {
         /// Nominal speed v_0 = v_d, m/s.
         speed_m_s = 40.0;
         /// Largest change of the commanded speed, m/s.
@@ -94,90 +159,78 @@ table! {
         speed_lag_s = 1.0 / 3.0;
         /// Lag of the turn rate tau_omega, s.
         turn_rate_lag_s = 1.0 / 3.0;
-    } {
+    } absent {
         /// How many; if absent: as many as `[[uavs.at]]`, or 1. A distribution is rounded.
-        count: Option<Number> = None;
+        count;
+    } words {
         /// `exact` or `euler`.
-        integrator: Integrator = Integrator::Exact;
+        integrator: Integrator = Exact;
+    } typed {
         /// Start on a ring about the targets (the default).
-        ring: Option<Ring> = None;
+        ring: Option<Ring>;
+    } tables {
         /// Or start here, one table per UAV.
-        at: Vec<UavAt> = Vec::new();
+        at: Vec<UavAt>;
         /// Who drops out, and when.
         #[serde(skip_serializing_if = "Vec::is_empty")]
-        outage: Vec<Outage> = Vec::new();
+        outage: Vec<Outage>;
     }
-}
 
-table! {
     /// `[team]`: how the UAVs know of each other.
-    Team {
+    table Team numbers {
         /// A UAV not heard for longer than this counts as lost, s.
         teammate_timeout_s = 3.0;
-    } {
+    } words {
         /// Where the team's picture is kept: `one` for all, or `each` UAV its own.
-        minds: Minds = Minds::One;
+        minds: Minds = One;
     }
-}
 
-table! {
     /// `[[uavs.outage]]`: for some time a UAV sees nothing and is not heard; it circles where it is.
-    Outage {
+    table Outage numbers {
         /// Which UAV: 0 is the first.
         uav = 0.0;
         /// From when, s.
-        from_s = 0.0;
+        from_s = 0.0, TIME_S;
         /// Until when, s.
         until_s = 1e9;
     }
-}
 
-/// `[uavs.ring]`: a ring about the centre of the first targets; headings along it.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Ring {
-    /// Radius, m; if absent: the standoff distance of the targets' start.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius_m: Option<Number>,
-    /// Direction from the centre to the first UAV, degrees anticlockwise from east; if absent 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub phase_deg: Option<Number>,
-    /// From one UAV to the next, degrees; if absent: the separation of a pair, or evenly spaced.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub spacing_deg: Option<Number>,
-}
-
-table! {
-    /// `[[uavs.at]]`: where one UAV starts.
-    UavAt {
-        /// East, m.
-        x_m = 0.0;
-        /// North, m.
-        y_m = 0.0;
-        /// Heading, degrees anticlockwise from east.
-        heading_deg = 0.0;
-        /// Speed, m/s.
-        speed_m_s = 40.0;
+    /// `[uavs.ring]`: a ring about the centre of the first targets; headings along it.
+    table Ring optional {
+        /// Radius, m; if absent: the standoff distance of the targets' start.
+        radius_m: Allowed::above(0.0).at_most(1e6);
+        /// Direction from the centre to the first UAV, degrees anticlockwise from east; if absent 0.
+        phase_deg: ANGLE_DEG;
+        /// From one UAV to the next, degrees; if absent: the separation of a pair, or evenly spaced.
+        spacing_deg: ANGLE_DEG;
     }
-}
 
-table! {
+    /// `[[uavs.at]]`: where one UAV starts.
+    table UavAt numbers {
+        /// East, m.
+        x_m = 0.0, PLACE_M;
+        /// North, m.
+        y_m = 0.0, PLACE_M;
+        /// Heading, degrees anticlockwise from east.
+        heading_deg = 0.0, ANGLE_DEG;
+        /// Speed, m/s.
+        speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
+    }
+
     /// `[sensor]`: the sensors as they are.
-    Sensor {
+    table Sensor numbers {
         /// Noise of the range: standard deviation, m.
-        range_sd_m = 0.0;
+        range_sd_m = 0.0, Allowed::at_least(0.0).at_most(1e5);
         /// Noise of the bearing: standard deviation, degrees.
-        bearing_sd_deg = 0.0;
+        bearing_sd_deg = 0.0, Allowed::at_least(0.0).at_most(180.0);
         /// Field of view alpha_f, degrees.
         field_of_view_deg = 70.0;
         /// Furthest range at which a target is seen, m.
         sensing_range_m = 1200.0;
     }
-}
 
-table! {
     /// `[filter]`: what the filters assume, and when a track is given up.
-    Filter {
+    table Filter numbers {
         /// A track less certain than this is lost: standard deviation of its position, m.
         lost_position_sd_m = 300.0;
         /// A track unseen for so long where it should be in plain view is lost, s.
@@ -186,33 +239,29 @@ table! {
         start_velocity_sd_m_s = 10.0;
         /// A lost track is forgotten after this time, s.
         forget_lost_s = 600.0;
-    } {
+    } absent {
         /// Correlation rate alpha of the targets' acceleration, 1/s; if absent: that of `[targets]`, or 0.3 for traffic.
-        correlation_rate_1_s: Option<Number> = None;
+        correlation_rate_1_s;
         /// Standard deviation sigma_a of the targets' acceleration per axis, m/s2; if absent: that of `[targets]`, or
         /// 0.75 for traffic.
-        acceleration_sd_m_s2: Option<Number> = None;
+        acceleration_sd_m_s2;
         /// Assumed standard deviation sigma_r of the range, m; if absent: the sensor's, or 10 if that has none.
-        range_sd_m: Option<Number> = None;
+        range_sd_m;
         /// Assumed standard deviation sigma_theta of the bearing, degrees; if absent: the sensor's, or 3 if that has
         /// none.
-        bearing_sd_deg: Option<Number> = None;
+        bearing_sd_deg;
     }
-}
 
-table! {
     /// `[cue]`: a target is handed over once, when it appears, with an error of this size.
-    Cue {
+    table Cue numbers {
         /// Standard deviation of the position per axis, m.
         position_sd_m = 20.0;
         /// Standard deviation of the velocity per axis, m/s.
-        velocity_sd_m_s = 2.0;
+        velocity_sd_m_s = 2.0, Allowed::at_least(1e-3).at_most(1e3);
     }
-}
 
-table! {
     /// `[orbit]`: the standoff distance (15, 16) and who is kept inside.
-    Orbit {
+    table Orbit numbers {
         /// Margin eps_m taken off the field of view, degrees.
         field_of_view_margin_deg = 10.0;
         /// Smallest radius r_d,min, m.
@@ -225,19 +274,17 @@ table! {
         smoothing_s = 0.0;
         /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius.
         take_back_fraction = 0.9;
-    } {
+    } words {
         /// `standard-deviations` of the furthest target's relative position, in metres, or `mahalanobis` as printed (16).
-        margin: Margin = Margin::StandardDeviations;
+        margin: Margin = StandardDeviations;
         /// The centre: `filtered`, or the members' `centroid` itself.
-        centre: Centre = Centre::Filtered;
+        centre: Centre = Filtered;
         /// When members change, the centre `shift`s by the known jump, or the filter takes it for an innovation (`filter`).
-        on_membership_change: OnMembershipChange = OnMembershipChange::Shift;
+        on_membership_change: OnMembershipChange = Shift;
     }
-}
 
-table! {
     /// `[groups]`: who watches whom.
-    Groups {
+    table Groups numbers {
         /// A target is handed over when another group's centroid is nearer by more than this, m; the paper has none.
         handoff_margin_m = 50.0;
         /// Shortest dwell T_hd of a handoff (34), s.
@@ -260,15 +307,13 @@ table! {
         altitude_step_m = 50.0;
         /// Two UAVs of a group closer than this are reported, m.
         separation_alarm_m = 50.0;
-    } {
+    } words {
         /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
-        objective: Objective = Objective::LogDet;
+        objective: Objective = LogDet;
     }
-}
 
-table! {
     /// `[guidance]`: the law's gains.
-    Guidance {
+    table Guidance numbers {
         /// k_l of active measure 1 (20); 1 switches it off.
         radial_gain = 0.2;
         /// With `lead = "constant"`: k_rd of active measure 2 (22), s; 0 switches it off.
@@ -281,113 +326,124 @@ table! {
         spacing_gain_1_s = 0.5;
         /// Separation theta_d of a pair (35), degrees.
         separation_deg = 90.0;
-    } {
+    } words {
         /// `flown` (derivative of what is flown), `exact` ((25) corrected) or `printed` ((25)).
-        feedforward: Feedforward = Feedforward::Flown;
+        feedforward: Feedforward = Flown;
         /// `constant`, or `scheduled` to the field's own lag, k_l r_d / v.
-        lead: Lead = Lead::Constant;
+        lead: Lead = Constant;
         /// What the nominal speed is relative to: the `ground` or the `centre`.
-        speed_reference: SpeedReference = SpeedReference::Ground;
+        speed_reference: SpeedReference = Ground;
         /// `anticlockwise` or `clockwise`.
-        sense: Sense = Sense::Anticlockwise;
+        sense: Sense = Anticlockwise;
     }
-}
 
-table! {
     /// `[targets]`: random targets.
-    Targets {
+    table Targets numbers {
         /// Correlation rate alpha of their acceleration, 1/s.
-        correlation_rate_1_s = 0.1;
+        correlation_rate_1_s = 0.1, TARGET_MODEL;
         /// Standard deviation sigma_a of their acceleration per axis, m/s2.
-        acceleration_sd_m_s2 = 0.0;
-    } {
+        acceleration_sd_m_s2 = 0.0, TARGET_MODEL;
+    } typed {
         /// So many, each drawn by itself.
-        scatter: Option<Scatter> = None;
+        scatter: Option<Scatter>;
+    } tables {
         /// And these, one table per target.
-        at: Vec<TargetAt> = Vec::new();
+        at: Vec<TargetAt>;
         /// What some of them do on purpose.
         #[serde(skip_serializing_if = "Vec::is_empty")]
-        manoeuvre: Vec<Manoeuvre> = Vec::new();
+        manoeuvre: Vec<Manoeuvre>;
     }
-}
 
-table! {
     /// `[[targets.manoeuvre]]`: an acceleration beside the random one, for some time.
-    Manoeuvre {
+    table Manoeuvre numbers {
         /// Which target: 1 is the first of `[[targets.at]]`, those of `[targets.scatter]` follow.
         target = 1.0;
         /// From when, s.
-        from_s = 0.0;
+        from_s = 0.0, TIME_S;
         /// Until when, s.
         until_s = 0.0;
         /// Acceleration east, m/s2.
-        ax_m_s2 = 0.0;
+        ax_m_s2 = 0.0, ACCELERATION_M_S2;
         /// Acceleration north, m/s2.
-        ay_m_s2 = 0.0;
+        ay_m_s2 = 0.0, ACCELERATION_M_S2;
     }
-}
 
-table! {
     /// `[targets.scatter]`: targets that are drawn, each by itself.
-    Scatter {
+    table Scatter numbers {
         /// East, m.
-        x_m = 0.0;
+        x_m = 0.0, PLACE_M;
         /// North, m.
-        y_m = 0.0;
+        y_m = 0.0, PLACE_M;
         /// Velocity east, m/s.
-        vx_m_s = 0.0;
+        vx_m_s = 0.0, VELOCITY_M_S;
         /// Velocity north, m/s.
-        vy_m_s = 0.0;
+        vy_m_s = 0.0, VELOCITY_M_S;
         /// How many; a distribution is rounded.
         count = 1.0;
     }
-}
 
-table! {
     /// `[[targets.at]]`: where and how fast one target starts.
-    TargetAt {
+    table TargetAt numbers {
         /// East, m.
-        x_m = 0.0;
+        x_m = 0.0, PLACE_M;
         /// North, m.
-        y_m = 0.0;
+        y_m = 0.0, PLACE_M;
         /// Velocity east, m/s.
-        vx_m_s = 0.0;
+        vx_m_s = 0.0, VELOCITY_M_S;
         /// Velocity north, m/s.
-        vy_m_s = 0.0;
+        vy_m_s = 0.0, VELOCITY_M_S;
         /// Acceleration east, m/s2.
-        ax_m_s2 = 0.0;
+        ax_m_s2 = 0.0, ACCELERATION_M_S2;
         /// Acceleration north, m/s2.
-        ay_m_s2 = 0.0;
+        ay_m_s2 = 0.0, ACCELERATION_M_S2;
+    }
+
+    /// `[traffic]`: targets from a file.
+    table Traffic texts {
+        /// SUMO floating-car data (XML) or CSV tracks, plain or gzip; relative to the scenario file.
+        #[serde(serialize_with = "name_alone")]
+        file;
+    } words {
+        /// `auto`, `metres` or `degrees`.
+        coordinates: Coordinates = Auto;
+    } optional {
+        /// A vehicle absent from the file for longer than this has dropped out, s; if absent: 1 s or 2.5 time steps of the
+        /// file, whichever is longer.
+        gap_s: Allowed::above(0.0);
     }
 }
 
-/// `[traffic]`: targets from a file.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Traffic {
-    /// SUMO floating-car data (XML) or CSV tracks, plain or gzip; relative to the scenario file.
-    pub file: String,
-    /// `auto`, `metres` or `degrees`.
-    pub coordinates: Coordinates,
-    /// A vehicle absent from the file for longer than this has dropped out, s; if absent: 1 s or 2.5 time steps of the
-    /// file, whichever is longer.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gap_s: Option<Number>,
+/// Paths stay behind: a record says what was flown, not where.
+fn name_alone<S: Serializer>(path: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    let name = Path::new(path).file_name().unwrap_or_default();
+    serializer.serialize_str(&name.to_string_lossy())
 }
 
-/// Defines a key whose value is one of a few words.
+/// Defines a key whose value is one of a few words, those of an enum of the library if it has one.
 macro_rules! words {
-    ($(#[$doc:meta])* $name:ident { $($(#[$word_doc:meta])* $word:ident),* $(,)? }) => {
+    ($(#[$doc:meta])* $name:ident $(for $library_s:ty)? { $($(#[$word_doc:meta])* $word:ident),* $(,)? }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
         #[serde(rename_all = "kebab-case")]
         pub enum $name { $($(#[$word_doc])* $word,)* }
+
+        words!(@from $name, $($library_s,)? $($word)*);
     };
+    (@from $name:ident, $library_s:ty, $($word:ident)*) => {
+        impl From<$name> for $library_s {
+            fn from(word: $name) -> Self {
+                match word {
+                    $($name::$word => Self::$word,)*
+                }
+            }
+        }
+    };
+    (@from $name:ident, $($word:ident)*) => {};
 }
 
 words! {
     /// How the UAVs' motion is carried over a time step (1, 4).
-    Integrator {
+    Integrator for standoff::Integrator {
         /// Exactly.
         Exact,
         /// By one Euler step, as printed; both lags must be at least `period_s`.
@@ -414,7 +470,7 @@ words! {
 }
 words! {
     /// A group's centre.
-    Centre {
+    Centre for standoff::CentreEstimate {
         /// A filter of its own follows the centroid.
         Filtered,
         /// The centroid of the members' estimates.
@@ -423,7 +479,7 @@ words! {
 }
 words! {
     /// What a change of members does to a group's centre.
-    OnMembershipChange {
+    OnMembershipChange for standoff::OnMembershipChange {
         /// It moves by the known jump.
         Shift,
         /// Its filter takes the jump for an innovation.
@@ -432,7 +488,7 @@ words! {
 }
 words! {
     /// What the assignment maximises (32).
-    Objective {
+    Objective for standoff::Objective {
         /// Sum over targets of the logarithm of the determinant of their information.
         LogDet,
         /// Determinant of the sum of all information, as printed.
@@ -441,7 +497,7 @@ words! {
 }
 words! {
     /// The feedforward (25).
-    Feedforward {
+    Feedforward for standoff::Feedforward {
         /// Derivative of what is flown.
         Flown,
         /// The same along the UAV's actual motion.
@@ -465,7 +521,7 @@ words! {
 }
 words! {
     /// What the nominal speed is relative to.
-    SpeedReference {
+    SpeedReference for standoff::SpeedReference {
         /// As in (28), (29).
         Ground,
         /// So that UAVs on an orbit keep their phases.
@@ -474,7 +530,7 @@ words! {
 }
 words! {
     /// Which way round the orbits are flown.
-    Sense {
+    Sense for standoff::Sense {
         /// Seen from above.
         Anticlockwise,
         /// Seen from above.
@@ -483,10 +539,8 @@ words! {
 }
 words! {
     /// What x and y of a traffic file are.
-    #[derive(Default)]
-    Coordinates {
+    Coordinates for traffic::Coordinates {
         /// The reader finds out.
-        #[default]
         Auto,
         /// Metres east and north.
         Metres,

@@ -10,13 +10,13 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
-use super::check::TARGETS_MAX;
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::file::ScenarioFile;
 use super::form::{self, MISTAKES_MAX};
 use super::locate::{Map, line_around, place_of};
 use crate::input;
 use crate::text::{did_you_mean, escaped, quoted, words};
+use crate::traffic::MAX_AT_ONCE;
 
 /// Longer files are refused. As many targets as are allowed, spelt out, are 1 MiB.
 pub(crate) const LENGTH_MAX: u64 = 2 << 20;
@@ -228,7 +228,7 @@ pub(super) fn check_size(label: &str, text: &str, times: u64) -> Result<(), Scen
         return Ok(());
     }
     let what = format!(
-        "it has more keys and values than {TARGETS_MAX} targets need; name them in a traffic file, see [traffic]"
+        "it has more keys and values than {MAX_AT_ONCE} targets need; name them in a traffic file, see [traffic]"
     );
     Err(ScenarioError::one(label, None, what))
 }

@@ -133,16 +133,7 @@ impl Serialize for Number {
     }
 }
 
-/// The value of a number that has been drawn; of a distribution, its first parameter.
-pub(super) fn value(number: &Number) -> f64 {
-    match *number {
-        Number::Constant(value) => value,
-        Number::Uniform { min, .. } => min,
-        Number::Normal { mean, .. } => mean,
-    }
-}
-
-/// The value of an optional number that has been filled in.
-pub(super) fn of(number: &Option<Number>) -> f64 {
-    number.as_ref().map_or(0.0, value)
+/// A number that has been drawn, as a person would type it.
+pub(super) fn as_typed<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    Number::Constant(*value).serialize(serializer)
 }

@@ -3,27 +3,26 @@
 use standoff::coordination::clustering::{Clusters, group_count};
 use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavState};
 
-use super::Targets;
-use super::file::{Ring, ScenarioFile, UavAt};
-use super::number::value;
+use super::file::resolved::{Ring, UavAt, Uavs};
+use super::flown::Targets;
 
-/// The UAVs' first states; what was not listed is spelt out in the file as `[[uavs.at]]`.
-pub(super) fn uavs(file: &mut ScenarioFile, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
-    if file.uavs.at.is_empty() {
-        let count = file.uavs.count.as_ref().map_or(1.0, value) as usize;
+/// The UAVs' first states; what was not listed is spelt out as `[[uavs.at]]`.
+pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
+    if uavs.at.is_empty() {
+        let count = uavs.count as usize;
         let positions = first_positions(targets);
-        file.uavs.at = match file.uavs.ring.take() {
+        uavs.at = match ring {
             Some(ring) => {
                 let (centre, standoff_m) = first_orbit(&positions, team);
-                on_ring(&ring, count, centre, standoff_m, team)
+                on_ring(ring, count, centre, standoff_m, team)
             }
             None => on_orbits(count, &positions, team),
         };
     }
-    let states = file.uavs.at.iter().map(|at| UavState {
+    let states = uavs.at.iter().map(|at| UavState {
         position: start_of(at),
-        heading: Angle::from_deg(value(&at.heading_deg)),
-        speed_m_s: value(&at.speed_m_s),
+        heading: Angle::from_deg(at.heading_deg),
+        speed_m_s: at.speed_m_s,
         turn_rate_rad_s: 0.0,
     });
     states.collect()
@@ -45,7 +44,9 @@ fn on_orbits(count: usize, positions: &[Position], team: &TeamParams) -> Vec<Uav
         let (centre, mut radius_m) = first_orbit(&members, team);
         let mut number = 0;
         while number < crew {
-            let at = on_ring(&Ring::default(), crew, centre, radius_m, team).swap_remove(number);
+            let at =
+                on_ring(&Ring { radius_m: None, phase_deg: None, spacing_deg: None }, crew, centre, radius_m, team)
+                    .swap_remove(number);
             // Orbits may cross: the next one out is free, if need be a few rounds later.
             if starts.iter().any(|other| start_of(other).squared_distance_m2(start_of(&at)) < APART_M * APART_M) {
                 radius_m += APART_M;
@@ -59,28 +60,23 @@ fn on_orbits(count: usize, positions: &[Position], team: &TeamParams) -> Vec<Uav
 }
 
 fn start_of(at: &UavAt) -> Position {
-    Position::from_m(value(&at.x_m), value(&at.y_m))
+    Position::from_m(at.x_m, at.y_m)
 }
 
 /// On a ring about a centre, of a radius if the ring has none of its own.
 fn on_ring(ring: &Ring, count: usize, centre: Position, standoff_m: f64, team: &TeamParams) -> Vec<UavAt> {
-    let radius_m = ring.radius_m.as_ref().map_or(standoff_m, value);
-    let first = Angle::from_deg(ring.phase_deg.as_ref().map_or(0.0, value));
+    let radius_m = ring.radius_m.unwrap_or(standoff_m);
+    let first = Angle::from_deg(ring.phase_deg.unwrap_or(0.0));
     let even_deg = match count {
         2 => team.guidance.separation_rad.to_degrees(),
         _ => 360.0 / count as f64,
     };
-    let spacing_deg = ring.spacing_deg.as_ref().map_or(even_deg, value);
+    let spacing_deg = ring.spacing_deg.unwrap_or(even_deg);
     let at = |index: usize| {
         let phase = first + Angle::from_deg(index as f64 * spacing_deg);
         let position = centre + Displacement::from_polar(radius_m, phase);
         let along = phase + Angle::from_deg(90.0 * team.guidance.sense.sign());
-        UavAt {
-            x_m: position.x_m().into(),
-            y_m: position.y_m().into(),
-            heading_deg: along.deg().into(),
-            speed_m_s: team.uav.speed_m_s.into(),
-        }
+        UavAt { x_m: position.x_m(), y_m: position.y_m(), heading_deg: along.deg(), speed_m_s: team.uav.speed_m_s }
     };
     (0..count).map(at).collect()
 }

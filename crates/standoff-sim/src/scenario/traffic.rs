@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Settings;
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::error::ScenarioError;
-use super::file::{self, ScenarioFile};
+use super::file;
+use super::flown::Settings;
 use super::load::Typed;
 use super::locate::Map;
-use super::number::{Number, value};
-use super::resolve::PERIOD_S;
+use super::number::Number;
 use crate::text::quoted;
 use crate::traffic::{self, Traffic};
 
@@ -47,14 +46,7 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
     }
-    let options = traffic::Options {
-        coordinates: match table.coordinates {
-            file::Coordinates::Auto => traffic::Coordinates::Auto,
-            file::Coordinates::Metres => traffic::Coordinates::Metres,
-            file::Coordinates::Degrees => traffic::Coordinates::Degrees,
-        },
-        gap_s,
-    };
+    let options = traffic::Options { coordinates: table.coordinates.into(), gap_s };
     let path = path(typed, table);
     let built_in = BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists());
     let read = match built_in {
@@ -70,10 +62,9 @@ fn path(typed: &Typed, table: &file::Traffic) -> PathBuf {
 }
 
 /// A file shorter than one period is no mission, and one that is far too long is none that somebody meant.
-pub(super) fn check_span(typed: &Typed, file: &ScenarioFile, traffic: &Traffic) -> Result<(), ScenarioError> {
-    let (Some(table), None) = (&file.traffic, &file.duration_s) else { return Ok(()) };
+pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Result<(), ScenarioError> {
+    let (Some(table), None) = (&typed.file.traffic, &typed.file.duration_s) else { return Ok(()) };
     let span_s = traffic.span_s();
-    let period_s = file.period_s.as_ref().map_or(PERIOD_S, value);
     let wrong = if span_s < period_s {
         format!("a mission needs at least one period_s of {period_s} s")
     } else if span_s > UNASKED_MAX_S {

@@ -1,0 +1,98 @@
+//! From a number that is typed to the one that is flown: drawn, or in the place of one that was not typed, and held to
+//! its range.
+
+use std::fmt::Display;
+
+use standoff::Allowed;
+
+use super::number::Number;
+use super::problems::Problems;
+use crate::draws::{Draws, Stream};
+
+/// What can be drawn.
+pub(super) trait Draw {
+    /// What it is then: all its numbers are numbers.
+    type Drawn;
+
+    /// It for a seed; `at` stands before its keys: `uavs.at.1.`.
+    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn;
+}
+
+impl<T: Draw> Draw for Option<T> {
+    type Drawn = Option<T::Drawn>;
+
+    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn {
+        self.as_ref().map(|table| table.drawn(at, drawing))
+    }
+}
+
+impl<T: Draw> Draw for Vec<T> {
+    type Drawn = Vec<T::Drawn>;
+
+    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn {
+        self.iter().enumerate().map(|(index, table)| table.drawn(&format_args!("{at}{index}."), drawing)).collect()
+    }
+}
+
+/// Numbers that follow others where they are not typed, by their keys.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Absent {
+    pub(super) duration_s: f64,
+    pub(super) period_s: f64,
+    pub(super) settle_s: f64,
+    pub(super) count: f64,
+    pub(super) correlation_rate_1_s: f64,
+    pub(super) acceleration_sd_m_s2: f64,
+    pub(super) range_sd_m: f64,
+    pub(super) bearing_sd_deg: f64,
+}
+
+/// The numbers of a seed, and what is wrong with them.
+pub(super) struct Drawing {
+    pub(super) draws: Draws,
+    /// Which draw of each number: 0, or of what is drawn several times, the how manieth, from 1 on.
+    pub(super) nth: u64,
+    /// What is drawn now stands for many draws: the most extreme of them must be in range.
+    pub(super) is_of_many: bool,
+    pub(super) absent: Absent,
+    pub(super) problems: Problems,
+}
+
+impl Drawing {
+    /// The number at a key of the table that `at` stands for.
+    pub(super) fn number(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) -> f64 {
+        let key = format_args!("{at}{key}");
+        let value = value(number, &key, self.draws, self.nth);
+        if let Some(what) = number.problem() {
+            self.problems.add(key.to_string(), what, Some(*number));
+            return value;
+        }
+        let looked_at = if self.is_of_many { *number } else { Number::Constant(value) };
+        if let Some(outside) = looked_at.extremes().into_iter().find(|extreme| !allowed.contains(*extreme)) {
+            let is_one = matches!(looked_at, Number::Constant(_));
+            let which = if is_one { String::new() } else { format!("up to {outside}: ") };
+            self.problems.add(key.to_string(), format!("{which}must be {allowed}"), Some(looked_at));
+        }
+        value
+    }
+}
+
+/// What a number comes to: a function of the seed, of its key and of which draw it is. A sound one stands for a number
+/// that is wrong in itself, so that everything else can be checked.
+pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) -> f64 {
+    match *number {
+        _ if number.problem().is_some() => 1.0,
+        // Most numbers are: keys are spelt out for the others only.
+        Number::Constant(value) => value,
+        _ => {
+            let key = key.to_string();
+            let drawn = number.draw(&mut draws.at(Stream::Scenario, hash(&key), nth));
+            if key.ends_with(".count") { drawn.round() } else { drawn }
+        }
+    }
+}
+
+/// A stable hash of a key (FNV-1a).
+fn hash(key: &str) -> u64 {
+    key.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
