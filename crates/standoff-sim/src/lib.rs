@@ -6,6 +6,7 @@
 
 pub mod disk;
 pub mod draws;
+mod frame;
 #[cfg(test)]
 mod fuzz;
 mod input;

@@ -14,7 +14,6 @@ pub(crate) mod checkpoint;
 pub(crate) mod column;
 mod error;
 pub(crate) mod folder;
-mod frame;
 #[cfg(test)]
 mod fuzz;
 pub(crate) mod manifest;
@@ -25,10 +24,10 @@ pub(crate) mod table;
 mod thrift;
 mod writer;
 
+pub use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use allowance::EventAllowance;
 pub use error::RecordError;
 pub use folder::{Occupancy, in_the_way, occupancy};
-pub use frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 pub use manifest::{Counts, FORMAT, Manifest};
 pub use plausible::MAX_ROWS;
 pub use reader::{Frames, Record};

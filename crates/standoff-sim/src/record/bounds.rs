@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 
 use super::Manifest;
-use super::frame::{DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
 use super::rows::{MOST_UAVS, microseconds, seconds};
 use super::table::Row;
+use crate::frame::{DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
 
 /// Most targets: as many as a traffic file may hold vehicles.
 const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint::{self, Checkpoint};
 use super::folder::SCENARIO;
-use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Manifest, RecordError};
+use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 

@@ -3,9 +3,9 @@
 use parquet::data_type::ByteArray;
 
 use super::column::{Cells, Column, Fault, Field, Scalar, What};
-use super::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use super::plausible::MAX_CELL;
 use super::table::Row;
+use crate::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::text::quoted;
 
 /// The names of the tables that grow with every instant; the files are `<name>.parquet`.

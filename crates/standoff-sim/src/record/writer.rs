@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::folder::{self, Growing, MANIFEST, SCENARIO, Turn};
-use super::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableWriter, file_of};
 use super::{Counts, FORMAT, Manifest, RecordError};
 use crate::disk::{PARTIAL, beside};
+use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
 /// Least time between two checkpoints: what the end of the process may cost.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
