@@ -547,10 +547,9 @@ fn of_very_many_events_the_first_are_told_and_the_others_counted() {
     let event = EventRow {
         kind: "lost".to_owned(),
         target: Some(0),
-        group: None,
-        to_group: None,
         uavs: (0..50).collect(),
         reason: "\u{1b}".repeat(1000),
+        ..EventRow::default()
     };
     for frame in record.frames().unwrap().take(20) {
         let frame = Frame { events: vec![event.clone(); 20_000], ..frame.unwrap() };

@@ -113,8 +113,10 @@ pub enum Place {
 /// A track: the fused estimate of one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackRow {
-    /// Target id.
+    /// The target that it is of, by whoever knows the truth.
     pub target: u32,
+    /// The team's own id of it.
+    pub track: u32,
     /// Track life.
     pub status: TrackStatus,
     /// Its place in the team's work.
@@ -181,8 +183,8 @@ pub struct DetectionRow {
     pub bearing_rad: f64,
 }
 
-/// Something that happened.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Something that happened. What a kind of event has no use for is `None`.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventRow {
     /// What happened, in kebab-case: `cued`, `lost`, `reacquired`, ...
     pub kind: String,
@@ -194,6 +196,32 @@ pub struct EventRow {
     pub to_group: Option<u32>,
     /// The UAVs concerned.
     pub uavs: Vec<u32>,
-    /// Why, in words.
+    /// Why, in words, as whoever wrote it told it; [`EventRow::why`] tells it from the columns below.
     pub reason: String,
+    /// The team's own id of the target's track.
+    pub track: Option<u32>,
+    /// Why, in kebab-case, where the kind does not tell: `widened`, `not-seen`, ...
+    pub cause: Option<String>,
+    /// The group into which it was merged.
+    pub into_group: Option<u32>,
+    /// Targets of a new group.
+    pub members: Option<u32>,
+    /// Targets that can be watched together instead.
+    pub together: Option<u32>,
+    /// Time in both groups, T_hd, s.
+    pub dwell_s: Option<f64>,
+    /// Standoff distance needed, m.
+    pub needed_m: Option<f64>,
+    /// Largest standoff distance allowed, m.
+    pub allowed_m: Option<f64>,
+    /// Lemma 3.1's threshold for the UAV that follows best, m2/s.
+    pub threshold_m2_s: Option<f64>,
+    /// What it may not fall below, m2/s.
+    pub limit_m2_s: Option<f64>,
+    /// Speed of the target, m/s.
+    pub speed_m_s: Option<f64>,
+    /// Largest speed of the UAVs, m/s.
+    pub limit_m_s: Option<f64>,
+    /// Distance of two UAVs, m.
+    pub distance_m: Option<f64>,
 }

@@ -19,4 +19,5 @@ pub mod score;
 pub mod sensors;
 pub mod text;
 pub mod traffic;
+mod why;
 pub mod world;

@@ -1,7 +1,8 @@
 //! From the agents' types to the record's rows.
 
 use standoff::{
-    Angle, Detection, Duty, Event, Known, Membership, Picture, Step, Time, TrackStatus as Status, UavId, UavState,
+    Angle, Detection, DissolutionReason, Duty, Event, EventKind, Known, Membership, Picture, Step, Time,
+    TrackStatus as Status, UavId, UavState,
 };
 
 use crate::record::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
@@ -71,14 +72,39 @@ pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
 pub(crate) fn event(event: &Event, picture: &Picture) -> EventRow {
     let is_concerned = |duty: &&Duty| Some(duty.group) == event.group || Some(duty.group) == event.to;
     let crew = || picture.crew.iter().filter(is_concerned).map(|duty| duty.uav.0).collect();
-    EventRow {
+    let mut row = EventRow {
         kind: event.kind.name().to_owned(),
         target: event.target.map(|target| target.0),
+        track: event.target.map(|target| target.0),
         group: event.group.map(|group| group.0),
         to_group: event.to.map(|group| group.0),
         uavs: event.uav.map_or_else(crew, |uav| vec![uav.0]),
-        reason: event.kind.to_string(),
+        cause: event.kind.cause().map(str::to_owned),
+        ..EventRow::default()
+    };
+    let known = |value: f64| Some(value).filter(|value| value.is_finite());
+    match event.kind {
+        EventKind::GroupFounded { members, .. } => row.members = Some(members),
+        EventKind::GroupDissolved(DissolutionReason::Merged { into, together }) => {
+            (row.into_group, row.together) = (Some(into.0), Some(together));
+        }
+        EventKind::GroupDissolved(DissolutionReason::Outnumbered { together }) => row.together = Some(together),
+        EventKind::HandoffRequested { dwell_s } => row.dwell_s = known(dwell_s),
+        EventKind::Discarded { needed_m, allowed_m }
+        | EventKind::OrbitInfeasible { smallest_m: needed_m, largest_m: allowed_m } => {
+            (row.needed_m, row.allowed_m) = (known(needed_m), known(allowed_m));
+        }
+        EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s } => {
+            (row.threshold_m2_s, row.limit_m2_s) = (known(threshold_m2_s), known(limit_m2_s));
+        }
+        EventKind::DiscardedTooFast { speed_m_s, limit_m_s } => {
+            (row.speed_m_s, row.limit_m_s) = (known(speed_m_s), known(limit_m_s));
+        }
+        EventKind::UavsClose { distance_m } => row.distance_m = known(distance_m),
+        _ => {}
     }
+    row.reason = row.why();
+    row
 }
 
 /// Adds what an agent believes and intends.
@@ -125,6 +151,7 @@ fn track(known: &Known, status: TrackStatus) -> TrackRow {
     let estimate = known.track.estimate();
     TrackRow {
         target: known.track.target.0,
+        track: known.track.target.0,
         status,
         place: match known.membership {
             Membership::Unassigned => Place::Unassigned,

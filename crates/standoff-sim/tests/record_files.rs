@@ -842,6 +842,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
         tracks: (0..targets)
             .map(|id| TrackRow {
                 target: id,
+                track: 1_000 - id,
                 status: status[((id + instant) % 3) as usize],
                 place: [Place::Unassigned, Place::Member, Place::Dwell, Place::Discarded]
                     [((id + instant) % 4) as usize],
@@ -884,6 +885,19 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             to_group: instant.is_multiple_of(4).then_some(instant),
             uavs: (0..instant % 3).collect(),
             reason: "hidden — no line of sight".to_owned(),
+            track: instant.is_multiple_of(3).then_some(instant),
+            cause: instant.is_multiple_of(4).then(|| "hidden".to_owned()),
+            into_group: None,
+            members: Some(instant),
+            together: instant.is_multiple_of(5).then_some(3),
+            dwell_s: instant.is_multiple_of(2).then_some(0.1 * t),
+            needed_m: Some(t.sqrt()),
+            allowed_m: None,
+            threshold_m2_s: Some(-1e4 * t),
+            limit_m2_s: instant.is_multiple_of(3).then_some(-6e3),
+            speed_m_s: Some(f64::MIN_POSITIVE),
+            limit_m_s: None,
+            distance_m: Some(1.0 / (1.0 + t)),
         })),
     }
 }

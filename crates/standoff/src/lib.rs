@@ -34,7 +34,7 @@ pub mod uav;
 pub use agent::{Agent, Diagnostics, LookAt, Scan, Step};
 pub use angle::Angle;
 pub use coordination::assignment::{Duty, Objective};
-pub use coordination::event::{Event, EventKind};
+pub use coordination::event::{DissolutionReason, Event, EventKind};
 pub use coordination::group::{CentreEstimate, Group, GroupId, GroupParams, Margin, OnMembershipChange};
 pub use coordination::handoff::Handoff;
 pub use coordination::membership::{Known, Membership};

@@ -66,8 +66,8 @@ impl Events {
         }
         let name = row.target.and_then(|target| names.get(target as usize));
         if self.allowance.takes(row, name.map(String::as_str)) {
-            let EventRow { kind, target: _, group, to_group, uavs, reason } = row.clone();
-            let target = name.cloned();
+            let EventRow { kind, group, to_group, uavs, .. } = row.clone();
+            let (target, reason) = (name.cloned(), row.why());
             self.events.push(Event { time_s: time_us as f64 / 1e6, kind, target, group, to_group, uavs, reason });
         }
     }
@@ -186,7 +186,7 @@ mod tests {
     use super::*;
 
     fn event(kind: &str, target: Option<u32>, group: Option<u32>) -> EventRow {
-        EventRow { kind: kind.into(), target, group, to_group: None, uavs: vec![0], reason: "so".into() }
+        EventRow { kind: kind.into(), target, group, uavs: vec![0], reason: "so".into(), ..EventRow::default() }
     }
 
     /// Twenty short losses, then one that lasts: the one that lasts is told.
@@ -213,6 +213,16 @@ mod tests {
         // Who has left is not missed.
         let told = events.told(100.0, &BTreeMap::from([("car-25", 81.0)]));
         assert!(told.contains("car-25: so (lasts 1.0 s)"), "{told}");
+    }
+
+    /// What a table of events says is said from its columns; the words beside them are for who reads no columns.
+    #[test]
+    fn why_is_told_from_the_columns() {
+        let mut events = Events::default();
+        let dwell = EventRow { dwell_s: Some(12.34), ..event("handoff-requested", Some(0), Some(1)) };
+        events.add(0, &dwell, &["lead".to_owned()]);
+        let told = events.told(1.0, &BTreeMap::new());
+        assert!(told.contains("lead, group 1: nearer to the new group; in both for 12.3 s, in which"), "{told}");
     }
 
     #[test]

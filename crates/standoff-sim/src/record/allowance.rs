@@ -24,9 +24,13 @@ impl Default for EventAllowance {
 impl EventAllowance {
     /// Whether the next event is to be told, with its target's name if that is told, too. After one that is not, none is.
     pub fn takes(&mut self, event: &EventRow, name: Option<&str>) -> bool {
+        if self.events == 0 || self.left_out > 0 {
+            self.left_out += 1;
+            return false;
+        }
         // A number of a list has some digits, and may get a line.
-        let bytes = event.kind.len() + event.reason.len() + name.map_or(0, str::len) + 16 * event.uavs.len();
-        let left = self.bytes.checked_sub(bytes).filter(|_| self.events > 0 && self.left_out == 0);
+        let bytes = event.kind.len() + event.why().len() + name.map_or(0, str::len) + 16 * event.uavs.len();
+        let left = self.bytes.checked_sub(bytes);
         match left {
             Some(left) => (self.events, self.bytes) = (self.events - 1, left),
             None => self.left_out += 1,
@@ -55,11 +59,9 @@ mod tests {
     fn the_first_events_are_told_and_the_others_counted() {
         let event = EventRow {
             kind: "lost".to_owned(),
-            target: None,
-            group: None,
-            to_group: None,
             uavs: vec![0, 1],
             reason: "not seen".to_owned(),
+            ..EventRow::default()
         };
         assert_eq!(told(&event, 50_000), (50_000, 0));
         assert_eq!(told(&event, 60_000), (50_000, 10_000));
@@ -70,14 +72,7 @@ mod tests {
 
     #[test]
     fn after_one_that_is_left_out_none_is_told() {
-        let event = |bytes: usize| EventRow {
-            kind: String::new(),
-            target: None,
-            group: None,
-            to_group: None,
-            uavs: Vec::new(),
-            reason: "x".repeat(bytes),
-        };
+        let event = |bytes: usize| EventRow { reason: "x".repeat(bytes), ..EventRow::default() };
         let mut allowance = EventAllowance::default();
         assert!(
             allowance.takes(&event(MOST_BYTES - 1), None)

@@ -89,10 +89,27 @@ fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
     })
 }
 
+/// Whether a column is in the files that are read.
+#[derive(Clone, Copy, PartialEq)]
+enum Presence {
+    Always,
+    /// Files of older versions lack it.
+    Added,
+    /// This file does.
+    Missing,
+}
+
+/// Passes over the next column if the file lacks it.
+pub(crate) fn is_missing(cells: &mut Cells<'_>) -> bool {
+    let is_missing = cells.as_slice().first().is_some_and(|column| !column.is_there());
+    is_missing && cells.next().is_some()
+}
+
 /// A column: its name and its values of the rows in hand.
 pub(crate) struct Column {
     name: String,
     optional: bool,
+    presence: Presence,
     /// One per row, 1 where the row has a value; empty if every row has one.
     levels: Vec<i16>,
     values: Values,
@@ -104,7 +121,33 @@ pub(crate) struct Column {
 
 impl Column {
     fn new<T: Cell>(name: &str, optional: bool) -> Self {
-        Self { name: name.to_owned(), optional, levels: Vec::new(), values: T::empty(), rows_taken: 0, values_taken: 0 }
+        Self {
+            name: name.to_owned(),
+            optional,
+            presence: Presence::Always,
+            levels: Vec::new(),
+            values: T::empty(),
+            rows_taken: 0,
+            values_taken: 0,
+        }
+    }
+
+    /// Files of older versions lack it.
+    pub(crate) fn may_be_missing(&mut self) {
+        self.presence = Presence::Added;
+    }
+
+    /// The file lacks it; whether it may.
+    pub(crate) fn miss(&mut self) -> bool {
+        if self.presence == Presence::Added {
+            self.presence = Presence::Missing;
+        }
+        self.presence == Presence::Missing
+    }
+
+    /// It is not known to be missing.
+    pub(crate) fn is_there(&self) -> bool {
+        self.presence != Presence::Missing
     }
 
     pub(crate) fn name(&self) -> &str {

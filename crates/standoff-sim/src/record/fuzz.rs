@@ -34,6 +34,7 @@ fn write(dir: &Path) {
     };
     let track = TrackRow {
         target: 0,
+        track: 0,
         status: TrackStatus::Held,
         place: Place::Member,
         group: Some(1),
@@ -48,6 +49,7 @@ fn write(dir: &Path) {
         to_group: Some(1),
         uavs: vec![0, 1],
         reason: "handed over".to_owned(),
+        ..EventRow::default()
     };
     let frame = |time_us| Frame {
         time_us,

@@ -2,7 +2,7 @@
 
 use parquet::data_type::ByteArray;
 
-use super::column::{Cells, Column, Fault, Field, Scalar, What};
+use super::column::{self, Cells, Column, Fault, Field, Scalar, What};
 use super::plausible::MAX_CELL;
 use super::table::Row;
 use crate::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
@@ -46,28 +46,37 @@ pub(super) fn most_at_once(table: &str) -> usize {
     }
 }
 
-/// Makes a row of a struct: one column per field, named as the field, in this order.
+/// Makes a row of a struct: one column per field, named as the field, in this order. Those behind `added` may be missing
+/// in a file of an older version: such a field is as `or` says, or none.
 macro_rules! table {
-    ($name:literal, $row:ident: $($field:ident),+ $(,)?) => {
+    ($name:literal, $row:ident: $($field:ident),+ $(; added $($new:ident $(or $old:ident)?),+)? $(,)?) => {
         impl Row for $row {
             const TABLE: &'static str = $name;
 
             fn columns() -> Vec<Column> {
                 let mut columns = Vec::new();
                 $(declare(|row: &Self| &row.$field, stringify!($field), &mut columns);)+
+                let _old = columns.len();
+                $($(declare(|row: &Self| &row.$new, stringify!($new), &mut columns);)+
+                columns[_old..].iter_mut().for_each(Column::may_be_missing);)?
                 columns
             }
 
             fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
                 $(self.$field.put(cells)?;)+
+                $($(self.$new.put(cells)?;)+)?
                 Ok(())
             }
 
             fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-                Ok(Self { $($field: Field::get(cells)?,)+ })
+                $(let $field = Field::get(cells)?;)+
+                $($(let $new = if column::is_missing(cells) { table!(@ $($old)?) } else { Field::get(cells)? };)+)?
+                Ok(Self { $($field,)+ $($($new,)+)? })
             }
         }
     };
+    (@ $old:ident) => { $old };
+    (@) => { None };
 }
 
 /// Declares the columns of the field that `_of` points out, of which only the type counts.
@@ -88,7 +97,7 @@ table! { "truth", TruthRow:
 
 // `state` and `covariance` stand for several columns each: see `Named` below.
 table! { "tracks", TrackRow:
-    target, status, place, group, to_group, state, covariance
+    target, status, place, group, to_group, state, covariance; added track or target
 }
 
 table! { "groups", GroupRow:
@@ -101,7 +110,8 @@ table! { "detections", DetectionRow:
 }
 
 table! { "events", EventRow:
-    kind, target, group, to_group, uavs, reason
+    kind, target, group, to_group, uavs, reason; added track, cause, into_group, members, together, dwell_s, needed_m,
+    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m
 }
 
 table! { "targets", TargetRow:
@@ -296,4 +306,61 @@ fn text(cell: &ByteArray) -> Result<&str, What> {
         return Err(What::Bad(format!("has {} bytes of text; at most {MAX_CELL}", cell.len())));
     }
     std::str::from_utf8(cell.data()).map_err(|_| What::Bad("is not UTF-8 text".to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::{TableReader, TableWriter, file_of};
+    use super::*;
+
+    /// Rows as they were before tracks had ids of their own, and events their numbers.
+    struct OldTrack {
+        target: u32,
+        status: TrackStatus,
+        place: Place,
+        group: Option<u32>,
+        to_group: Option<u32>,
+        state: [f64; 6],
+        covariance: [f64; 21],
+    }
+    struct OldEvent {
+        kind: String,
+        target: Option<u32>,
+        group: Option<u32>,
+        to_group: Option<u32>,
+        uavs: Vec<u32>,
+        reason: String,
+    }
+    table! { "tracks", OldTrack: target, status, place, group, to_group, state, covariance }
+    table! { "events", OldEvent: kind, target, group, to_group, uavs, reason }
+
+    fn reread<R: Row, S: Row>(row: &R) -> Result<S, String> {
+        let home = tempfile::tempdir().unwrap();
+        let mut table = TableWriter::create(file_of::<R>(home.path())).unwrap();
+        table.push(row).unwrap();
+        table.finish().unwrap();
+        let row = TableReader::open(file_of::<S>(home.path())).and_then(|mut table| table.next_row());
+        row.map(Option::unwrap).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn tables_of_before_the_added_columns_are_read_and_no_other_column_may_be_missing() {
+        let (status, place, state) = (TrackStatus::Held, Place::Member, [1.0; 6]);
+        let old = OldTrack { target: 7, status, place, group: None, to_group: Some(1), state, covariance: [2.0; 21] };
+        let track: TrackRow = reread(&old).unwrap();
+        assert_eq!((track.target, track.track, track.to_group, track.covariance[20]), (7, 7, Some(1), 2.0));
+        let (kind, reason) = ("lost".to_owned(), "unseen".to_owned());
+        let old = OldEvent { kind, target: Some(7), group: None, to_group: None, uavs: vec![3], reason };
+        let event: EventRow = reread(&old).unwrap();
+        assert_eq!((event.track, event.dwell_s, event.why()), (None, None, "unseen".to_owned()));
+        let whole = EventRow { track: Some(9), dwell_s: Some(0.5), cause: Some("widened".to_owned()), ..event };
+        assert_eq!(reread(&whole), Ok(whole.clone()));
+        let error = reread::<_, EventRow>(&OldNothing { kind: "lost".to_owned() }).unwrap_err();
+        assert!(error.contains("events.parquet is damaged: column target is missing"), "{error}");
+    }
+
+    struct OldNothing {
+        kind: String,
+    }
+    table! { "events", OldNothing: kind }
 }

@@ -196,7 +196,7 @@ pub(crate) struct TableReader<R> {
     /// What is still to be read, the next first.
     sources: VecDeque<Source>,
     columns: Vec<Column>,
-    /// Where each of our columns is in the file.
+    /// Where each of our columns is in the file, of those that are there.
     places: Vec<usize>,
     /// Of the first source.
     next_group: usize,
@@ -222,14 +222,15 @@ impl<R: Row> TableReader<R> {
     /// Reads these columns of one source after the other, and passes over all others; `path` is for messages.
     pub(crate) fn of(
         path: PathBuf,
-        columns: Vec<Column>,
+        mut columns: Vec<Column>,
         sources: impl Into<VecDeque<Source>>,
     ) -> Result<Self, RecordError> {
         let (sources, mut places) = (sources.into(), Vec::new());
         for source in &sources {
             plausible::check_rows(&source.metadata).map_err(|what| RecordError::damaged(&path, what))?;
             let schema = source.metadata.file_metadata().schema_descr();
-            let found: Result<Vec<usize>, _> = columns.iter().map(|c| place(c, schema, &path)).collect();
+            let found: Result<Vec<usize>, _> =
+                columns.iter_mut().filter_map(|c| place(c, schema, &path).transpose()).collect();
             let found = found?;
             plausible::check_format(&source.metadata, &found).map_err(|what| RecordError::foreign(&path, what))?;
             if !(places.is_empty() || places == found) {
@@ -318,7 +319,8 @@ impl<R: Row> TableReader<R> {
 
     fn read_rows(&mut self) -> ParquetResult<usize> {
         let rows = self.unread.min(GROUP_ROWS);
-        for (column, reader) in self.columns.iter_mut().zip(&mut self.readers) {
+        let there = self.columns.iter_mut().filter(|column| column.is_there());
+        for (column, reader) in there.zip(&mut self.readers) {
             column.read(reader, rows)?;
         }
         Ok(rows)
@@ -358,20 +360,21 @@ fn quietly<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Where the column is in a file; columns that this version does not know are passed over.
-fn place(column: &Column, schema: &SchemaDescriptor, path: &Path) -> Result<usize, RecordError> {
+/// Where the column is in a file, if it need be there; columns that this version does not know are passed over.
+fn place(column: &mut Column, schema: &SchemaDescriptor, path: &Path) -> Result<Option<usize>, RecordError> {
     let mut found = schema.columns().iter().enumerate().filter(|(_, c)| c.path().parts() == [column.name()]);
     let place = found.next().map(|(place, _)| place);
     if found.next().is_some() {
         return Err(RecordError::damaged(path, format!("column {} is there twice", column.name())));
     }
     match place {
-        Some(place) if column.fits(&schema.column(place)) => Ok(place),
+        Some(place) if column.fits(&schema.column(place)) => Ok(Some(place)),
         Some(place) => {
             let (name, other) = (column.name(), schema.column(place).physical_type());
             // Pandas makes floating-point numbers of whole ones if some are missing.
             Err(RecordError::foreign(path, format!("column {name} has the type {other}, not {}", column.physical())))
         }
+        None if column.miss() => Ok(None),
         None => Err(RecordError::damaged(path, format!("column {} is missing", column.name()))),
     }
 }

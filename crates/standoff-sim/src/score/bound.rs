@@ -185,6 +185,7 @@ mod tests {
             }],
             tracks: vec![TrackRow {
                 target: 0,
+                track: 0,
                 status: TrackStatus::Held,
                 place: Place::Member,
                 group: Some(0),

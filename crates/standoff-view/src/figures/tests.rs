@@ -48,7 +48,16 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
         let (status, group) = (TrackStatus::Held, (!missing(target)).then_some(1));
         let place = if group.is_some() { Place::Member } else { Place::Unassigned };
-        frame.tracks.push(TrackRow { target, status, place, group, to_group: None, state, covariance: [0.0; 21] });
+        frame.tracks.push(TrackRow {
+            target,
+            track: target,
+            status,
+            place,
+            group,
+            to_group: None,
+            state,
+            covariance: [0.0; 21],
+        });
     }
     for uav in 1..=uavs {
         let settle = exp(-time / 20.0);
@@ -133,7 +142,16 @@ fn parting(i: i32, share: f64) -> Frame {
         let noise = |rate: f64| 4.0 * sin(f64::from(i) * rate + f64::from(target));
         let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
         let status = TrackStatus::Held;
-        frame.tracks.push(TrackRow { target, status, place, group, to_group, state, covariance: [0.0; 21] });
+        frame.tracks.push(TrackRow {
+            target,
+            track: target,
+            status,
+            place,
+            group,
+            to_group,
+            state,
+            covariance: [0.0; 21],
+        });
     }
     let [one, two] = [1, 2].map(|group| {
         let mut part = instant(2, 0, i);
@@ -160,7 +178,7 @@ fn parting(i: i32, share: f64) -> Frame {
     for (kind, target, _) in kinds.into_iter().filter(|kind| crosses(kind.2)) {
         let (group, to_group) = if target == 4 { (Some(1), Some(2)) } else { (Some(2), None) };
         let (kind, target) = (kind.to_owned(), Some(target));
-        frame.events.push(EventRow { kind, target, group, to_group, uavs: Vec::new(), reason: String::new() });
+        frame.events.push(EventRow { kind, target, group, to_group, ..EventRow::default() });
     }
     frame
 }
@@ -185,7 +203,16 @@ fn town(targets: u32, instants: i32) -> Vec<Frame> {
             let place = if group.is_some() { Place::Member } else { Place::Discarded };
             let (status, state) = (TrackStatus::Held, [x_m + 3.0 * sin(time), 0.0, 0.0, y_m, 0.0, 0.0]);
             let to_group = None;
-            frame.tracks.push(TrackRow { target, status, place, group, to_group, state, covariance: [0.0; 21] });
+            frame.tracks.push(TrackRow {
+                target,
+                track: target,
+                status,
+                place,
+                group,
+                to_group,
+                state,
+                covariance: [0.0; 21],
+            });
         }
         for group in 0..4 {
             let mut part = instant(2, 0, i);

@@ -22,7 +22,7 @@ pub(super) fn entry(time_us: i64, event: &EventRow, target_names: &[String]) -> 
     Log {
         timestamp: Some(timestamp(time_us)),
         level: level.into(),
-        message: format!("{} ({concerned}): {}", event.kind, event.reason),
+        message: format!("{} ({concerned}): {}", event.kind, event.why()),
         name: event.kind.clone(),
         ..Log::default()
     }

@@ -23,8 +23,8 @@ pub(super) struct Event {
 
 impl Event {
     pub(super) fn of(time_us: i64, row: &EventRow) -> Self {
-        let EventRow { kind, target, group, to_group, uavs, reason } = row.clone();
-        Self { time_us, kind, target, group, to_group, uavs, reason }
+        let EventRow { kind, target, group, to_group, uavs, .. } = row.clone();
+        Self { time_us, kind, target, group, to_group, uavs, reason: row.why() }
     }
 }
 

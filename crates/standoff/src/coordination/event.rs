@@ -1,6 +1,4 @@
-//! What can happen to targets, groups and UAVs, and why, in words.
-
-use core::fmt;
+//! What can happen to targets, groups and UAVs, and why.
 
 use crate::coordination::group::GroupId;
 use crate::estimation::track::LossReason;
@@ -34,7 +32,7 @@ impl Event {
     }
 }
 
-/// What can happen; displays as the reason, in words.
+/// What can happen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EventKind {
     /// A target was handed over by somebody who searches.
@@ -220,136 +218,42 @@ impl EventKind {
             Self::UavsApart => "uavs-apart",
         }
     }
-}
 
-impl fmt::Display for EventKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Cued => f.write_str("handed over by a search aircraft"),
-            Self::Acquired => f.write_str("measured for the first time"),
-            Self::Lost(LossReason::Widened) => f.write_str("unseen until its position was too uncertain"),
-            Self::Lost(LossReason::Vanished) => f.write_str("unseen where it should be in plain view"),
-            Self::Lost(LossReason::Diverged) => f.write_str("its estimate broke down"),
-            Self::Reacquired => f.write_str("measured again"),
-            Self::GroupFounded { members, reason } => {
-                let of = if *members == 1 { "1 target".to_owned() } else { format!("{members} targets") };
-                match reason {
-                    FoundingReason::First if *members == 1 => write!(f, "{of} by itself"),
-                    FoundingReason::First => write!(f, "{of} near one another"),
-                    FoundingReason::Outsiders if *members == 1 => write!(f, "{of} that was in no group"),
-                    FoundingReason::Outsiders => write!(f, "{of} that were in no group"),
-                    FoundingReason::Split => write!(f, "{of} split off: there are UAVs for another group"),
-                }
-            }
-            Self::GroupDissolved(DissolutionReason::Empty) => f.write_str("its last member is gone"),
-            Self::GroupDissolved(DissolutionReason::TooMany) => {
-                f.write_str("the smallest, and fewer groups can be served now")
-            }
-            Self::GroupDissolved(DissolutionReason::Outnumbered { together }) => {
-                write!(f, "its UAVs can watch more: {together} targets, its own and unassigned ones, fit on one orbit")
-            }
-            Self::GroupDissolved(DissolutionReason::Merged { into, together }) => {
-                let others = if *together == 1 {
-                    "1 unassigned target".to_owned()
-                } else {
-                    format!("{together} unassigned targets")
-                };
-                write!(f, "its UAVs can watch {others}, and group {} can hold its own", into.0)
-            }
-            Self::Joined => f.write_str("an orbit with it keeps the whole group in view"),
-            Self::Regrouped => f.write_str("its group was split: there are UAVs for another one"),
-            Self::HandoffRequested { dwell_s } => write!(
-                f,
-                "nearer to the new group; in both for {dwell_s:.1} s, in which the new group's UAVs reach the orbit with it"
-            ),
-            Self::HandoffCompleted(CompletionReason::Received) => f.write_str("the new group has it in view"),
-            Self::HandoffCompleted(CompletionReason::PassingCannotHold) => {
-                f.write_str("the old group's orbit can hold it no longer")
-            }
-            Self::HandoffCompleted(CompletionReason::PassingEnds) => f.write_str("the old group ends"),
-            Self::HandoffCompleted(CompletionReason::Undelayed) => f.write_str("at once: the dwell is switched off"),
-            Self::HandoffWithdrawn(reason) | Self::LeftOut(reason) => f.write_str(match reason {
-                WithdrawalReason::WantedElsewhere => "at the end of the dwell it is nearer to another group",
-                WithdrawalReason::ReceivingCannotHold => "the new group's orbit cannot hold it",
-                WithdrawalReason::NotSeen => "no UAV of the new group got it into view in time",
-                WithdrawalReason::GroupEnds => "its old or its new group ends",
-                WithdrawalReason::TargetLost => "its track was lost",
-            }),
-            Self::Discarded { needed_m, allowed_m } => {
-                let [needed, allowed] = told_apart(*needed_m, *allowed_m);
-                write!(
-                    f,
-                    "furthest from the centre; keeping it needs an orbit of {needed} m, the largest is {allowed} m"
-                )
-            }
-            Self::DiscardedDiverging { threshold_m2_s, limit_m2_s } => {
-                let [threshold, limit] = told_apart(*threshold_m2_s, *limit_m2_s);
-                write!(
-                    f,
-                    "furthest from the centre, and its orbit runs away from the UAVs: xi_th {threshold} m2/s, below \
-                     {limit} m2/s for too long"
-                )
-            }
-            Self::Merged => f.write_str("its group ends, and a neighbour's orbit holds it too"),
-            Self::DiscardedTooFast { speed_m_s, limit_m_s } => write!(
-                f,
-                "the fastest, at {speed_m_s:.0} m/s, of a group that outruns the UAVs, which fly {limit_m_s:.0} m/s at most"
-            ),
-            Self::TakenBack => f.write_str("an orbit with it keeps the whole group in view again"),
-            Self::Reassigned(AssignmentReason::GroupFounded) => f.write_str("a group was founded"),
-            Self::Reassigned(AssignmentReason::GroupDissolved) => f.write_str("a group has ended"),
-            Self::Reassigned(AssignmentReason::GroupChanged) => {
-                f.write_str("a group has twice, or half, as many targets as when UAVs were last assigned")
-            }
-            Self::Reassigned(AssignmentReason::UavJoined) => f.write_str("a UAV has joined the team"),
-            Self::Reassigned(AssignmentReason::UavLost) => f.write_str("a UAV has been silent for too long"),
-            Self::UavLost => f.write_str("not heard for too long; the team goes on without it"),
-            Self::UavJoined => f.write_str("heard for the first time, or again"),
-            Self::OrbitInfeasible { smallest_m, largest_m } if smallest_m.is_finite() => {
-                let [smallest, largest] = told_apart(*smallest_m, *largest_m);
-                write!(
-                    f,
-                    "view, turn rate and r_d,min need an orbit of at least {smallest} m, \
-                     r_d,max and the sensing range allow at most {largest} m"
-                )
-            }
-            Self::OrbitInfeasible { .. } => f.write_str("the group's centre is as fast as the UAVs can be"),
-            Self::OrbitFeasible => f.write_str("an orbit satisfies every constraint again"),
-            Self::UavsClose { distance_m } => write!(f, "two UAVs at its altitude are {distance_m:.0} m apart"),
-            Self::UavsApart => f.write_str("no two UAVs at its altitude are too close any more"),
-        }
-    }
-}
-
-/// Two values that differ, whole if that tells them apart, else with the decimals it takes.
-fn told_apart(a: f64, b: f64) -> [String; 2] {
-    let rounded = |digits: usize| [a, b].map(|value| format!("{value:.digits$}"));
-    (0..=12).map(rounded).find(|[a, b]| a != b).unwrap_or_else(|| rounded(0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_needed_never_reads_like_what_is_allowed() {
-        for (needed_m, words) in [
-            (896.2, "an orbit of 896 m, the largest is 700 m"),
-            (700.3, "an orbit of 700.3 m, the largest is 700.0 m"),
-            (700.0004, "an orbit of 700.0004 m, the largest is 700.0000 m"),
-        ] {
-            let reason = EventKind::Discarded { needed_m, allowed_m: 700.0 }.to_string();
-            assert!(reason.ends_with(words), "{reason}");
-        }
-        let reason = EventKind::OrbitInfeasible { smallest_m: 499.8, largest_m: 499.6 }.to_string();
-        assert!(reason.contains("at least 499.8 m") && reason.contains("at most 499.6 m"), "{reason}");
-        let reason = EventKind::DiscardedDiverging { threshold_m2_s: -6000.4, limit_m2_s: -6000.0 }.to_string();
-        assert!(reason.contains("xi_th -6000.4 m2/s, below -6000.0 m2/s"), "{reason}");
-    }
-
-    #[test]
-    fn one_target_is_not_near_another() {
-        let reason = |members| EventKind::GroupFounded { members, reason: FoundingReason::First }.to_string();
-        assert_eq!([reason(1), reason(3)], ["1 target by itself", "3 targets near one another"]);
+    /// Why it happened, kebab-case, where the kind alone does not tell.
+    pub fn cause(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Lost(LossReason::Widened) => "widened",
+            Self::Lost(LossReason::Vanished) => "vanished",
+            Self::Lost(LossReason::Diverged) => "diverged",
+            Self::GroupFounded { reason: FoundingReason::First, .. } => "first",
+            Self::GroupFounded { reason: FoundingReason::Outsiders, .. } => "outsiders",
+            Self::GroupFounded { reason: FoundingReason::Split, .. } | Self::Regrouped => "split",
+            Self::GroupDissolved(DissolutionReason::Empty) => "empty",
+            Self::GroupDissolved(DissolutionReason::TooMany) => "too-many",
+            Self::GroupDissolved(DissolutionReason::Merged { .. }) | Self::Merged => "merged",
+            Self::GroupDissolved(DissolutionReason::Outnumbered { .. }) => "outnumbered",
+            Self::HandoffCompleted(CompletionReason::Received) => "received",
+            Self::HandoffCompleted(CompletionReason::PassingCannotHold) => "passing-cannot-hold",
+            Self::HandoffCompleted(CompletionReason::PassingEnds) => "passing-ends",
+            Self::HandoffCompleted(CompletionReason::Undelayed) => "undelayed",
+            Self::HandoffWithdrawn(reason) | Self::LeftOut(reason) => match reason {
+                WithdrawalReason::WantedElsewhere => "wanted-elsewhere",
+                WithdrawalReason::ReceivingCannotHold => "receiving-cannot-hold",
+                WithdrawalReason::NotSeen => "not-seen",
+                WithdrawalReason::GroupEnds => "group-ends",
+                WithdrawalReason::TargetLost => "target-lost",
+            },
+            Self::Discarded { .. } => "too-wide",
+            Self::DiscardedDiverging { .. } => "diverging",
+            Self::DiscardedTooFast { .. } => "too-fast",
+            Self::Reassigned(AssignmentReason::GroupFounded) => "group-founded",
+            Self::Reassigned(AssignmentReason::GroupDissolved) => "group-dissolved",
+            Self::Reassigned(AssignmentReason::GroupChanged) => "group-changed",
+            Self::Reassigned(AssignmentReason::UavJoined) => "uav-joined",
+            Self::Reassigned(AssignmentReason::UavLost) => "uav-lost",
+            Self::OrbitInfeasible { smallest_m, .. } if smallest_m.is_finite() => "too-wide",
+            Self::OrbitInfeasible { .. } => "too-fast",
+            _ => return None,
+        })
     }
 }
