@@ -9,6 +9,7 @@ pub mod draws;
 mod frame;
 #[cfg(test)]
 mod fuzz;
+pub mod geometry;
 mod input;
 pub mod monte_carlo;
 pub mod record;

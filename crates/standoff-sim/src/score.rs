@@ -3,69 +3,30 @@
 mod bound;
 mod innovation;
 mod judged;
+mod mean;
 mod metrics;
+mod rules;
 mod surprise;
 mod tally;
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
 use nalgebra::{SMatrix, SVector};
-use standoff::{Covariance, Displacement, Position, SensorParams, Spread, StandoffParams, TargetParams, math};
+use standoff::{Covariance, Displacement, Position, math};
 
-use crate::record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
-use crate::scenario::{CueError, Noise, Settings};
+use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use crate::geometry::{
+    Known, at, centre, centroid, existing, lines_of_sight_rad, on_orbit, position_error_m, track_of,
+};
 use bound::Bound;
 use innovation::Innovations;
+use mean::Mean;
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 
-pub use judged::{Judged, PositionBound};
+pub use bound::Bound as PositionBound;
+pub use judged::Judged;
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
+pub use rules::Rules;
 pub use tally::TargetScore;
-
-/// What a score needs to know of the scenario.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rules {
-    /// The orbit's bounds and the field of view with its margin.
-    pub standoff: StandoffParams,
-    /// Field of view and sensing range, and the noise that the filters assume.
-    pub sensor: SensorParams,
-    /// The target model that the filters assume.
-    pub target: TargetParams,
-    /// The model that the targets really follow, if they follow one.
-    pub motion: Option<TargetParams>,
-    /// The targets of that model which manoeuvre besides, by id.
-    pub manoeuvring: Arc<BTreeSet<u32>>,
-    /// The sensors' real noise.
-    pub noise: Noise,
-    /// How well targets are handed over.
-    pub cue: CueError,
-    /// Separation of a pair, rad.
-    pub separation_rad: f64,
-    /// Time between two frames, s.
-    pub period_s: f64,
-    /// From when on the settled metrics count, s.
-    pub settle_s: f64,
-}
-
-impl Rules {
-    /// The rules of a mission.
-    pub fn of(settings: &Settings) -> Self {
-        Self {
-            standoff: settings.team.group.standoff,
-            sensor: settings.team.track.sensor,
-            target: settings.team.track.target,
-            motion: settings.motion(),
-            manoeuvring: Arc::clone(&settings.manoeuvring),
-            noise: settings.noise,
-            cue: settings.cue,
-            separation_rad: settings.team.guidance.separation_rad,
-            period_s: settings.period.s(),
-            settle_s: settings.settle.s(),
-        }
-    }
-}
 
 /// What has to be worked out for the chosen metrics.
 #[derive(Debug, Clone, Copy)]
@@ -314,8 +275,8 @@ impl Scorer {
 
     /// How far an estimate is from the truth.
     fn estimate(&mut self, track: &TrackRow, truth: &TruthRow) {
-        let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
-        let position_error_m = Position::from_m(x_m, y_m).distance_m(position(truth));
+        let [_, vx_m_s, _, _, vy_m_s, _] = track.state;
+        let position_error_m = position_error_m(track, truth);
         self.position_all.add(position_error_m);
         if track.group.is_some() {
             self.position.add(position_error_m);
@@ -335,7 +296,7 @@ impl Scorer {
         let settled = frame.time_us as f64 / 1e6 >= self.rules.settle_s;
         self.crew.clear();
         self.crew.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
-        let centre = Position::from_m(group.x_m, group.y_m);
+        let centre = centre(group);
         for (index, uav) in self.crew.iter().enumerate() {
             let error_m = (uav.distance_m(centre) - group.standoff_distance_m).abs();
             self.distance.add(group.standoff_distance_m);
@@ -351,7 +312,7 @@ impl Scorer {
         self.members.clear();
         self.members.extend(on_orbit(&self.known, group.group));
         let Some(centroid) = centroid(&self.members) else { return };
-        let standoff_m = standoff_m(&self.rules, &self.members, centroid, 0.0);
+        let standoff_m = self.rules.standoff_m(&self.members, centroid, 0.0);
         for uav in &self.crew {
             let error_m = (uav.distance_m(centroid) - standoff_m).abs();
             self.standoff.add(error_m);
@@ -383,30 +344,14 @@ impl Scorer {
     fn lines_of_sight(&mut self, frame: &Frame) {
         // By twos, which are worked on side by side; a last one alone beside itself.
         for pair in frame.uavs.chunks(2) {
-            let both = [&pair[0], &pair[pair.len() - 1]];
-            let boresights = math::sin_cos_each(both.map(|uav| uav.boresight_rad.unwrap_or_default()));
-            let largest: [_; 2] = std::array::from_fn(|i| self.furthest_off(both[i], boresights[i]));
-            let angles_rad = math::atan2_each(largest.map(Option::unwrap_or_default));
-            for (angle_rad, _) in angles_rad.iter().zip(largest).take(pair.len()).filter(|(_, off)| off.is_some()) {
+            let angles_rad = lines_of_sight_rad([&pair[0], &pair[pair.len() - 1]], &self.known);
+            for angle_rad in angles_rad.into_iter().take(pair.len()).flatten() {
                 let largest_deg = angle_rad.to_degrees();
                 self.line_of_sight_deg.add(largest_deg);
                 self.line_of_sight_max_deg =
                     Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
             }
         }
-    }
-
-    /// The member of the UAV's group furthest off its boresight, of which there are the sine and cosine: how far it is
-    /// across it and along it, m. `None` where nothing is to be judged.
-    fn furthest_off(&self, uav: &UavRow, (sin, cos): (f64, f64)) -> Option<(f64, f64)> {
-        let group = uav.group.filter(|_| uav.boresight_rad.is_some())?;
-        let off = |member: Position| {
-            let member_rel_uav = member - at(uav);
-            let (x, y) = (member_rel_uav.x_m(), member_rel_uav.y_m());
-            ((cos * y - sin * x).abs(), cos * x + sin * y)
-        };
-        let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
-        in_duty(&self.known, group).map(off).reduce(|a, b| if is_larger(b, a) { b } else { a })
     }
 }
 
@@ -464,95 +409,34 @@ fn take_least(least: &mut Option<f64>, value: f64) {
     *least = Some(least.map_or(value, |least| least.min(value)));
 }
 
-fn at(uav: &UavRow) -> Position {
-    Position::from_m(uav.x_m, uav.y_m)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Mission;
+    use crate::scenario::{Edits, Scenario};
 
-fn position(truth: &TruthRow) -> Position {
-    Position::from_m(truth.x_m, truth.y_m)
-}
-
-/// r_d (15) of members about a centre, m.
-fn standoff_m(rules: &Rules, members: &[Position], centre: Position, margin_m: f64) -> f64 {
-    let squared_m2 = members.iter().map(|member| member.squared_distance_m2(centre));
-    let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
-    rules.standoff.distance(spread, margin_m).distance_m
-}
-
-fn centroid(positions: &[Position]) -> Option<Position> {
-    let n = positions.len() as f64;
-    let sum = positions.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
-    (!positions.is_empty()).then(|| Position::from_m(sum.0 / n, sum.1 / n))
-}
-
-/// A known target that exists: where it really is, and the groups of its track.
-#[derive(Debug, Clone, Copy)]
-struct Known {
-    position: Position,
-    group: Option<u32>,
-    to_group: Option<u32>,
-}
-
-impl Known {
-    fn of(track: &TrackRow, truth: &TruthRow) -> Self {
-        Self { position: position(truth), group: track.group, to_group: track.to_group }
+    fn score(rules: &Rules, frames: &[Frame]) -> Metrics {
+        let mut scorer = Scorer::new(rules.clone(), Choice::ALL);
+        frames.iter().for_each(|frame| scorer.frame(frame));
+        scorer.metrics()
     }
-}
 
-/// The tracks of targets that exist, and the truth about them. Both come in the same order: walked side by side.
-fn existing(frame: &Frame) -> impl Iterator<Item = (&TrackRow, &TruthRow)> {
-    let mut next = 0;
-    frame.tracks.iter().filter_map(move |track| {
-        while frame.truth.get(next).is_some_and(|truth| truth.target < track.target) {
-            next += 1;
+    fn flown() -> (Rules, Vec<Frame>) {
+        let scenario = Scenario::load("tour/05-a-handoff", &Edits::default(), 1).unwrap();
+        let mut mission = Mission::new(&scenario).unwrap();
+        (Rules::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
+    }
+
+    /// What the team calls a track is its own affair: the truth of a track is that of its target.
+    #[test]
+    fn the_team_s_own_ids_of_tracks_change_no_score() {
+        let (rules, mut frames) = flown();
+        let before = score(&rules, &frames);
+        for frame in &mut frames {
+            frame.tracks.iter_mut().for_each(|track| track.track = 1_000 - track.target);
+            frame.events.iter_mut().for_each(|event| event.track = event.target.map(|target| 1_000 - target));
         }
-        frame.truth.get(next).filter(|truth| truth.target == track.target).map(|truth| (track, truth))
-    })
-}
-
-/// The known targets that exist.
-fn known(frame: &Frame) -> impl Iterator<Item = Known> {
-    existing(frame).map(|(track, truth)| Known::of(track, truth))
-}
-
-/// Where the existing targets are that a group has to keep in view: those in dwell to it are not its duty yet.
-fn in_duty(known: &[Known], group: u32) -> impl Iterator<Item = Position> {
-    known.iter().filter(move |known| known.group == Some(group)).map(|known| known.position)
-}
-
-/// Where the existing targets are that a group's orbit goes about, those in dwell from and to it included.
-fn on_orbit(known: &[Known], group: u32) -> impl Iterator<Item = Position> {
-    known.iter().filter(move |known| [known.group, known.to_group].contains(&Some(group))).map(|known| known.position)
-}
-
-fn truth_of(frame: &Frame, target: u32) -> Option<&TruthRow> {
-    let index = frame.truth.binary_search_by_key(&target, |truth| truth.target).ok()?;
-    Some(&frame.truth[index])
-}
-
-fn track_of(frame: &Frame, target: u32) -> Option<&TrackRow> {
-    let index = frame.tracks.binary_search_by_key(&target, |track| track.target).ok()?;
-    Some(&frame.tracks[index])
-}
-
-/// A running mean.
-#[derive(Debug, Clone, Copy, Default)]
-struct Mean {
-    sum: f64,
-    n: u64,
-}
-
-impl Mean {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.n += 1;
-    }
-
-    fn value(&self) -> Option<f64> {
-        (self.n > 0).then(|| self.sum / self.n as f64)
-    }
-
-    fn and(self, other: Self) -> Self {
-        Self { sum: self.sum + other.sum, n: self.n + other.n }
+        assert_eq!(score(&rules, &frames), before);
+        assert!(before.position_error_m.is_some() && before.nis.is_some() && before.handoffs > 0);
     }
 }

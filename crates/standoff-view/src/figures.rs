@@ -3,12 +3,12 @@
 //! The run is read as a stream and kept as small, thinned curves, so that neither memory nor the size
 //! of a figure grows with the length of the run. The same frames always give the same bytes.
 
-pub(crate) mod chart;
+mod chart;
 mod curve;
 mod gather;
-pub(crate) mod line_of_sight;
+mod line_of_sight;
 mod margin;
-pub(crate) mod phase;
+mod phase;
 mod separation;
 mod speed_and_turn_rate;
 mod standoff_distance;

@@ -21,12 +21,12 @@ use std::path::{Path, PathBuf};
 
 use mcap::Attachment;
 use mcap::records::Metadata;
+use standoff_sim::geometry::{Geometry, group_of};
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::traffic::Origin;
 use standoff_sim::world::World;
 
-use crate::figures::line_of_sight;
 use channels::Channels;
 pub use error::McapError;
 use file::Partial;
@@ -83,16 +83,15 @@ impl Writer {
         let Self { channels, scene, target_names, origin, .. } = self;
         channels.now(frame.time_us);
         channels.put("/tf", &pose::transforms(frame))?;
-        let members = line_of_sight::members(frame);
+        let geometry = Geometry::of(frame);
         for row in &frame.uavs {
             let uav = row.uav;
             channels.put(&format!("/uav/{uav}/pose"), &pose::in_world(frame.time_us, row))?;
             if let Some(origin) = origin {
                 channels.put(&format!("/uav/{uav}/location"), &pose::location(frame.time_us, row, *origin))?;
             }
-            let group = frame.groups.iter().find(|group| Some(group.group) == row.group);
-            let line_of_sight_rad = line_of_sight::widest(row, &members);
-            channels.put(&format!("/uav/{uav}/state"), &UavState::new(row, group, line_of_sight_rad))?;
+            let state = UavState::new(row, group_of(frame, row), geometry.line_of_sight_rad(row));
+            channels.put(&format!("/uav/{uav}/state"), &state)?;
         }
         for row in &frame.groups {
             channels.put(&format!("/group/{}/orbit", row.group), &GroupOrbit::new(row))?;

@@ -14,16 +14,19 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
 use standoff::{Covariance, Duration, Position, SensorParams, Transition};
 
-use super::{Mean, Rules, at, position, track_of, truth_of};
-use crate::record::{Frame, TrackRow, TruthRow};
+use super::mean::Mean;
+use super::rules::Rules;
+use crate::frame::{Frame, TrackRow, TruthRow};
+use crate::geometry::{at, position, track_of, truth_of};
 
 /// Where position and velocity stand in a state `[x, vx, ax, y, vy, ay]`.
 const POSITION: [usize; 2] = [0, 3];
 const VELOCITY: [usize; 2] = [1, 4];
 
-/// How the estimates of group members compare with the best that there could be.
+/// How the estimates of group members compare with the best that there could be, as the frames come: the Cramer-Rao
+/// bound of `docs/metrics.md`.
 #[derive(Debug, Clone)]
-pub(super) struct Bound {
+pub struct Bound {
     transition: Transition,
     sensor: SensorParams,
     /// P_0.
@@ -39,7 +42,8 @@ pub(super) struct Bound {
 impl Bound {
     /// `None` where no bound is defined: targets that follow no model, or measurements without noise, or with so little
     /// that no filter may assume it.
-    pub(super) fn of(rules: &Rules) -> Option<Self> {
+    #[must_use]
+    pub fn of(rules: &Rules) -> Option<Self> {
         let (motion, noise) = (rules.motion?, rules.noise);
         let sensor =
             SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..rules.sensor };
@@ -59,7 +63,7 @@ impl Bound {
     }
 
     /// Takes in the next frame.
-    pub(super) fn frame(&mut self, frame: &Frame) {
+    pub fn frame(&mut self, frame: &Frame) {
         let mut told: BTreeMap<u32, Matrix2<f64>> = BTreeMap::new();
         for (uav, target, truth) in seen(frame) {
             *told.entry(target).or_default() += self.sensor.information(uav, truth);
@@ -83,8 +87,10 @@ impl Bound {
         }
     }
 
-    /// Trace of a target's position block, m2.
-    pub(super) fn position_m2(&self, target: u32) -> Option<f64> {
+    /// The smallest mean squared position error that any unbiased estimate of a target can have by now, m2: the trace of
+    /// its position block.
+    #[must_use]
+    pub fn position_m2(&self, target: u32) -> Option<f64> {
         let covariance = self.covariances.get(&target).filter(|_| !self.is_lost)?;
         Some(POSITION.iter().map(|axis| covariance[(*axis, *axis)]).sum())
     }
@@ -143,7 +149,7 @@ impl Efficiency {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{DetectionRow, Place, TrackStatus, UavRow};
+    use crate::frame::{DetectionRow, Place, TrackStatus, UavRow};
     use crate::scenario::{CueError, Edits, Noise, Scenario};
     use standoff::{Angle, Displacement, TargetParams};
 

@@ -17,8 +17,9 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Vector3};
 use standoff::{Angle, Covariance, Duration, Position, RangeBearing, SensorParams, TargetState, Transition, sensor};
 
-use super::{Rules, at};
-use crate::record::{Frame, TrackRow};
+use super::rules::Rules;
+use crate::frame::{Frame, TrackRow};
+use crate::geometry::at;
 
 /// Normalised innovations squared of a run.
 #[derive(Debug, Clone)]

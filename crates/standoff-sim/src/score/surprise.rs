@@ -10,8 +10,10 @@
 
 use standoff::{Duration, Position, TargetState, Transition};
 
-use super::{Known, Mean, Rules, at, centroid, on_orbit, standoff_m};
-use crate::record::{Frame, GroupRow, TrackRow};
+use super::mean::Mean;
+use super::rules::Rules;
+use crate::frame::{Frame, GroupRow, TrackRow};
+use crate::geometry::{Known, at, centre, centroid, on_orbit};
 
 /// Surprises of a run, from `settle_s` on.
 #[derive(Debug, Clone)]
@@ -60,13 +62,13 @@ impl Surprises {
         let truths: Vec<Position> = on_orbit(known, group.group).collect();
         let (Some(middle), Some(true_middle)) = (centroid(&members), centroid(&truths)) else { return };
 
-        let true_m = standoff_m(&self.rules, &truths, true_middle, 0.0);
-        let foretold_true_m = standoff_m(&self.rules, &members, middle, 0.0);
+        let true_m = self.rules.standoff_m(&truths, true_middle, 0.0);
+        let foretold_true_m = self.rules.standoff_m(&members, middle, 0.0);
         // The agents' own centre goes on as it went.
         let period_s = self.rules.period_s;
-        let centre = Position::from_m(group.x_m, group.y_m);
+        let centre = centre(group);
         let foretold_centre = Position::from_m(old.x_m + old.vx_m_s * period_s, old.y_m + old.vy_m_s * period_s);
-        let foretold_own_m = standoff_m(&self.rules, &members, foretold_centre, group.margin_m);
+        let foretold_own_m = self.rules.standoff_m(&members, foretold_centre, group.margin_m);
         for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
             let off_m = |centre: Position, radius_m: f64| at(uav).distance_m(centre) - radius_m;
             self.truth.add((off_m(true_middle, true_m) - off_m(middle, foretold_true_m)).abs());
@@ -79,9 +81,10 @@ impl Surprises {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::known;
     use crate::run::{Mission, fly};
     use crate::scenario::{Edits, Scenario};
-    use crate::score::{Choice, known};
+    use crate::score::Choice;
 
     fn frames(set: &[&str]) -> (Rules, Vec<Frame>) {
         let edits = Edits { set: set.iter().map(|edit| (*edit).to_owned()).collect(), ..Edits::default() };

@@ -6,10 +6,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
-use standoff::{Angle, SensorParams};
+use standoff::SensorParams;
 
-use super::{Mean, Rules, at, position, track_of};
-use crate::record::Frame;
+use super::mean::Mean;
+use super::rules::Rules;
+use crate::frame::Frame;
+use crate::geometry::{is_seen, looking, position, track_of};
 
 /// All targets that have existed, by id.
 #[derive(Debug, Clone, Default)]
@@ -79,13 +81,11 @@ pub struct TargetScore {
 impl Tallies {
     /// Takes in the next frame.
     pub(super) fn frame(&mut self, sensor: &SensorParams, frame: &Frame) {
-        let looking: Vec<_> =
-            frame.uavs.iter().filter_map(|uav| Some((at(uav), Angle::from_rad(uav.boresight_rad?)))).collect();
+        let looking = looking(frame);
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
         for truth in &frame.truth {
-            let sees = |(uav, boresight): &(_, Angle)| sensor.in_view(*uav, *boresight, position(truth));
-            let is_seen = looking.iter().any(sees);
+            let is_seen = is_seen(sensor, &looking, position(truth));
             let is_member = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
             let tally = self.of.entry(truth.target).or_insert_with(|| {

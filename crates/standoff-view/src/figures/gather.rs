@@ -1,10 +1,11 @@
 //! What the figures show of a run, gathered from its frames one at a time.
 
+use super::chart;
 use super::curve::{Curve, MOST_POINTS, Point, usable};
 use super::symbol::Mark;
-use super::{chart, line_of_sight, margin, phase};
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
+use standoff_sim::geometry::{Between, Geometry, group_of, separations, tracking_error_m};
 use standoff_sim::record::{EventRow, Frame};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -85,7 +86,7 @@ pub(super) struct Group {
     /// Distance from the centre, by UAV that serves it.
     pub(super) distances: BTreeMap<u32, Curve>,
     /// Phase separations in degrees.
-    pub(super) phases: BTreeMap<phase::Between, Curve>,
+    pub(super) phases: BTreeMap<Between, Curve>,
     /// When something happened to a target of it: time over the count of events.
     marks: BTreeMap<Mark, Curve>,
 }
@@ -139,6 +140,7 @@ impl Run {
             self.times = Some([first.min(time), last.max(time)]);
         }
         self.found(frame);
+        let geometry = Geometry::of(frame);
         for row in &frame.groups {
             let Some(group) = self.groups.get_mut(&row.group) else { continue };
             group.instants += 1;
@@ -146,7 +148,7 @@ impl Run {
             group.standoff.push(index, time, row.standoff_distance_m);
             group.unclamped.push(index, time, row.standoff_unclamped_m);
             group.margin.push(index, time, row.margin_m);
-            group.centre_error.push(index, time, margin::centre_error(frame, row));
+            group.centre_error.push(index, time, geometry.centre_error_m(row));
             group.separation.push(index, time, row.separation_m);
         }
         for row in &frame.truth {
@@ -165,9 +167,8 @@ impl Run {
                 self.dwells.entry((row.target, colour)).or_default().push(index, row.state[0], row.state[3]);
             }
         }
-        let members = line_of_sight::members(frame);
         for row in &frame.uavs {
-            let group = frame.groups.iter().find(|group| Some(group.group) == row.group);
+            let group = group_of(frame, row);
             let colour = self.colour(row.group);
             if let Some(group) = row.group.and_then(|id| self.groups.get_mut(&id)) {
                 group.distances.entry(row.uav).or_default().push(index, time, row.centre_distance_m);
@@ -179,16 +180,14 @@ impl Run {
                 let reach = usable(row.centre_distance_m?.abs() + group.spread_m.abs())?;
                 Some((place(row.x_m, row.y_m)?, usable(row.boresight_rad?)?, reach))
             });
-            let error = row.centre_distance_m.zip(group).map(|(r, group)| r - group.standoff_distance_m);
-            uav.error.push(index, time, error);
-            let widest = line_of_sight::widest(row, &members);
-            uav.off_boresight.push(index, time, widest.map(f64::to_degrees));
+            uav.error.push(index, time, group.map(|group| tracking_error_m(row, group)));
+            uav.off_boresight.push(index, time, geometry.line_of_sight_rad(row).map(f64::to_degrees));
             uav.speed.push(index, time, row.speed_m_s);
             uav.speed_command.push(index, time, row.speed_command_m_s);
             uav.turn_rate.push(index, time, row.turn_rate_rad_s.to_degrees());
             uav.turn_rate_command.push(index, time, row.turn_rate_command_rad_s.to_degrees());
         }
-        for (group, between, angle) in phase::separations(frame) {
+        for (group, between, angle) in separations(frame) {
             if let Some(group) = self.groups.get_mut(&group) {
                 group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
             }
@@ -278,14 +277,8 @@ impl Run {
 }
 
 /// A position if it can be drawn.
-pub(super) fn place(x_m: f64, y_m: f64) -> Option<Point> {
+fn place(x_m: f64, y_m: f64) -> Option<Point> {
     usable(x_m).zip(usable(y_m))
-}
-
-/// Where a target really is.
-pub(super) fn true_place(frame: &Frame, target: u32) -> Option<Point> {
-    let row = frame.truth.binary_search_by_key(&target, |row| row.target).ok()?;
-    place(frame.truth[row].x_m, frame.truth[row].y_m)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 #![expect(clippy::disallowed_types, reason = "derived code only asks a HashSet what is in it")]
 
 use foxglove::Encode;
+use standoff_sim::geometry::tracking_error_m;
 use standoff_sim::record::{GroupRow, UavRow};
 
 /// A UAV and how it follows its orbit; the fields are those of [`UavRow`], and three more.
@@ -35,7 +36,6 @@ pub(super) struct UavState {
 impl UavState {
     /// `group`: the one that it serves.
     pub(super) fn new(row: &UavRow, group: Option<&GroupRow>, line_of_sight_rad: Option<f64>) -> Self {
-        let standoff_distance_m = group.map(|group| group.standoff_distance_m);
         Self {
             group: row.group,
             speed_m_s: row.speed_m_s,
@@ -50,11 +50,8 @@ impl UavState {
             line_of_sight_rad,
             centre_distance_m: row.centre_distance_m,
             steered_distance_m: row.steered_distance_m,
-            standoff_distance_m,
-            standoff_tracking_error_m: row
-                .centre_distance_m
-                .zip(standoff_distance_m)
-                .map(|(distance, wanted)| distance - wanted),
+            standoff_distance_m: group.map(|group| group.standoff_distance_m),
+            standoff_tracking_error_m: group.map(|group| tracking_error_m(row, group)),
             phase_rad: row.phase_rad,
             feedforward_rad_s: row.feedforward_rad_s,
             convergence_threshold_m2_s: row.convergence_threshold_m2_s,

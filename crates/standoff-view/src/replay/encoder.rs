@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use standoff_sim::geometry::{separations, wanted_separation_rad};
 use standoff_sim::record::{EventAllowance, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::score::{Judged, PositionBound, Rules};
 
 use super::part::{Event, half};
 use super::table::Table;
 use crate::colours::GroupColours;
-use crate::figures::{line_of_sight, phase};
 
 /// Instants after which a part is full.
 const INSTANTS: usize = 256;
@@ -142,10 +142,9 @@ impl Encoder {
         draft.times_us.push(frame.time_us);
         let told = frame.events.iter().filter(|row| self.allowance.takes(row, None));
         draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
-        let members = line_of_sight::members(frame);
         draft.uavs.next_instant();
         for row in &frame.uavs {
-            let line_of_sight_rad = line_of_sight::widest(row, &members);
+            let line_of_sight_rad = judged.geometry.line_of_sight_rad(row);
             draft.uavs.put(row.uav, uav(row, judged.standoff_error_m(row), line_of_sight_rad));
         }
         let phases = phases(frame, self.rules.separation_rad);
@@ -305,8 +304,8 @@ fn target(
 /// The phase separation of each group that is furthest from what is wanted, and what is wanted, rad.
 fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
     let mut worst: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-    for (group, (count, ..), phase_rad) in phase::separations(frame) {
-        let wanted_rad = phase::wanted_rad(count, pair_rad);
+    for (group, (count, ..), phase_rad) in separations(frame) {
+        let wanted_rad = wanted_separation_rad(count, pair_rad);
         let off_rad = |(phase_rad, wanted_rad): (f64, f64)| (phase_rad - wanted_rad).abs();
         let this = (phase_rad, wanted_rad);
         let entry = worst.entry(group).or_insert(this);
@@ -321,7 +320,7 @@ fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
 fn errors(frame: &Frame, judged: &Judged<'_>, bound: Option<&PositionBound>, group: u32) -> Option<(f64, Option<f64>)> {
     let members = frame.tracks.iter().filter(|track| track.group == Some(group));
     let both = members.filter_map(|track| {
-        let error_m = judged.position_error_m(track)?;
+        let error_m = judged.geometry.position_error_m(track)?;
         Some((error_m * error_m, bound.and_then(|bound| bound.position_m2(track.target))))
     });
     let both: Vec<(f64, Option<f64>)> = both.collect();
