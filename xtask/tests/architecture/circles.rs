@@ -24,7 +24,7 @@ fn reach<'a>(imports: &Imports<'a>, file: &'a Path) -> BTreeSet<&'a Path> {
 fn circles<'a>(imports: &Imports<'a>) -> BTreeSet<BTreeSet<&'a Path>> {
     let reached: BTreeMap<_, _> = imports.keys().map(|file| (*file, reach(imports, file))).collect();
     let around = |file| reached[file].iter().copied().filter(|other| reached[other].contains(file)).collect();
-    imports.keys().map(|file| around(file)).filter(|circle: &BTreeSet<_>| !circle.is_empty()).collect()
+    imports.keys().map(around).filter(|circle: &BTreeSet<_>| !circle.is_empty()).collect()
 }
 
 /// One line for each step around each circle.
