@@ -1,27 +1,14 @@
 //! `standoff reproduce`: the paper's tables, figures and claims, measured again.
 
-mod claim;
-mod errata;
-mod flights;
-mod history;
-mod improvements;
-mod missions;
-mod observe;
-mod page;
-mod separation;
-mod statistics;
-mod study;
-mod table_2;
-
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use standoff_reproduce::{self as paper, PIECES, Plan};
+use standoff_sim::text;
 
 use crate::failure::{Failure, note, print};
-use flights::Plan;
-use standoff_sim::text;
-use study::{Study, claims_file, save, save_figures, summary, write};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -33,7 +20,8 @@ Examples:
 #[derive(Parser)]
 pub(crate) struct Args {
     /// A table or figure of the paper, or what is wrong in print [default: all].
-    study: Option<Name>,
+    #[arg(value_parser = PossibleValuesParser::new(PIECES.map(|piece| PossibleValue::new(piece.name).help(piece.about))))]
+    study: Option<String>,
     /// Runs of each scenario; at least 2, for an interval needs two.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     runs: u32,
@@ -57,79 +45,31 @@ pub(crate) struct Args {
 /// Beyond it seeds would not be exact in the data.
 const SEED_MAX: u64 = 1 << 52;
 
-/// What there is to reproduce.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Name {
-    /// Mean errors of one and of two UAVs, with and without the active measures.
-    #[value(name = "table-2")]
-    Table2,
-    /// Information of a pair by the target's bearing.
-    #[value(name = "figure-6")]
-    Figure6,
-    /// Its mean, by sensor and separation.
-    #[value(name = "figure-7")]
-    Figure7,
-    /// Four targets, two UAVs.
-    #[value(name = "figure-8")]
-    Figure8,
-    /// Seven targets, four UAVs: a handoff, a discard.
-    #[value(name = "figure-9")]
-    Figure9,
-    /// Histories of that mission.
-    #[value(name = "figure-10")]
-    Figure10,
-    /// Its lines of sight, with and without measures and dwell.
-    #[value(name = "figure-11")]
-    Figure11,
-    /// What is wrong in print.
-    Errata,
-    /// What this project's improvements gain, one at a time, and how close the best is to what is possible.
-    Improvements,
-}
-
-impl Name {
-    /// The file of its claims.
-    fn claims(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| claims_file(value.get_name()))
-    }
-
-    /// Runs it.
-    fn reproduce(self, plan: &Plan) -> Result<Vec<Study>, Failure> {
-        Ok(match self {
-            Self::Table2 => vec![table_2::table_2(plan)?],
-            Self::Figure6 => vec![separation::figure_6()?],
-            Self::Figure7 => vec![separation::figure_7()?],
-            Self::Figure8 => vec![missions::figure_8(plan)?],
-            Self::Figure9 => vec![missions::figure_9(plan)?],
-            Self::Figure10 => vec![missions::figure_10(plan)?],
-            Self::Figure11 => vec![missions::figure_11(plan)?],
-            Self::Errata => errata::errata(plan)?,
-            Self::Improvements => vec![improvements::improvements(plan)?],
-        })
-    }
-}
-
 pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
     let plan = Plan { runs: args.runs, first_seed: args.seed, threads: args.threads, traffic: args.traffic.clone() };
     check_folder(&args.out)?;
-    let names = args.study.as_ref().map_or(Name::value_variants(), std::slice::from_ref);
-    if names.iter().any(|name| args.out.join(name.claims()).exists()) {
+    let pieces = PIECES.iter().filter(|piece| args.study.as_ref().is_none_or(|name| name == piece.name));
+    if pieces.clone().any(|piece| args.out.join(paper::claims_file(piece.name)).exists()) {
         note(&format!("note: replacing older results in {}", text::path(&args.out)));
     }
     let mut studies = Vec::new();
-    for name in names {
+    for piece in pieces {
         // Whatever fails later, what is done is written and told.
-        let found = name.reproduce(&plan)?;
-        save(&found, &args.out)?;
+        let found = (piece.measure)(&plan).map_err(failed)?;
+        paper::save(&found, &args.out).map_err(failed)?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
         studies.extend(found);
     }
-    print(&summary(&studies))?;
+    print(&paper::summary(&studies))?;
     note(&format!("figures, data and claims in {}", text::path(&args.out)));
-    let Some(path) = &args.page else { return Ok(()) };
-    let pictures = path.parent().unwrap_or(Path::new("")).join(page::PICTURES);
-    studies.iter().try_for_each(|study| save_figures(&study.figures, &pictures))?;
-    write(path, &page::page(&studies, &plan))
+    args.page.as_ref().map_or(Ok(()), |page| paper::write_page(page, &studies, &plan)).map_err(failed)
+}
+
+fn failed(failure: paper::Failure) -> Failure {
+    match failure {
+        paper::Failure::Scenario(error) => Failure::Scenario(error),
+        paper::Failure::Running(message) => Failure::Running(message),
+    }
 }
 
 /// What is no folder cannot hold the results.

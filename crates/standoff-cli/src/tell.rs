@@ -54,7 +54,7 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
         frame.events.iter().for_each(|row| events.add(frame.time_us, row, record.target_names()));
     });
     let manifest = record.manifest();
-    let setup = setup(manifest.title(), &settings);
+    let setup = Setup::of(manifest.title(), &settings);
     let figures = figures(frames, &setup).map_err(|error| match error {
         FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),
@@ -130,21 +130,6 @@ pub(crate) fn of_record(error: RecordError) -> Failure {
 pub(crate) fn tell_left_out(events: u64) {
     if events > 0 {
         note(&format!("note: the run has more events than are told one by one: {events} are in events.parquet only"));
-    }
-}
-
-/// What figures need to know of a mission.
-pub(crate) fn setup(title: String, settings: &Settings) -> Setup {
-    let (uav, standoff) = (&settings.team.uav, &settings.team.group.standoff);
-    Setup {
-        title,
-        field_of_view_rad: settings.team.track.sensor.field_of_view_rad,
-        speed_min_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
-        speed_max_m_s: uav.speed_m_s + uav.speed_change_max_m_s,
-        turn_rate_max_rad_s: uav.turn_rate_max_rad_s,
-        radius_min_m: standoff.radius_min_m,
-        radius_max_m: standoff.radius_max_m,
-        separation_rad: settings.team.guidance.separation_rad,
     }
 }
 

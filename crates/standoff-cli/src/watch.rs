@@ -10,12 +10,13 @@ use standoff_sim::record::{Frame, Manifest};
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::score::Rules;
 use standoff_sim::world::World;
+use standoff_view::figures::Setup;
 use standoff_view::replay::{Encoder, Head, Line, Replay};
 use standoff_view::serve::{Limits, Server, Site};
 
 use crate::failure::{Failure, note};
 use crate::interruption::Interruption;
-use crate::tell::{setup, tell_left_out};
+use crate::tell::tell_left_out;
 
 /// Least time between two looks at a run that is being flown: more often, a page would only be busier.
 const LOOK: Duration = Duration::from_millis(250);
@@ -84,7 +85,7 @@ impl Watched {
         targets: Vec<String>,
         live: bool,
     ) -> Result<Self, Failure> {
-        let mut head = Head::new(manifest, setup(manifest.title(), settings), targets);
+        let mut head = Head::new(manifest, Setup::of(manifest.title(), settings), targets);
         head.live = live;
         let replay = Arc::new(Replay::new(&head).map_err(Failure::running)?);
         Ok(Self { encoder: Encoder::new(&Rules::of(settings), 1), head, replay, next_look: Instant::now() })

@@ -22,6 +22,7 @@ use chart::Drawn;
 use gather::Run;
 use serde::Serialize;
 use standoff_sim::record::Frame;
+use standoff_sim::scenario::Settings;
 
 /// What the figures need to know of a run beyond its frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,6 +43,23 @@ pub struct Setup {
     pub radius_max_m: f64,
     /// Phase separation wanted between the two UAVs of one orbit, rad.
     pub separation_rad: f64,
+}
+
+impl Setup {
+    /// Of a run with these settings.
+    pub fn of(title: String, settings: &Settings) -> Self {
+        let (uav, standoff) = (&settings.team.uav, &settings.team.group.standoff);
+        Self {
+            title,
+            field_of_view_rad: settings.team.track.sensor.field_of_view_rad,
+            speed_min_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
+            speed_max_m_s: uav.speed_m_s + uav.speed_change_max_m_s,
+            turn_rate_max_rad_s: uav.turn_rate_max_rad_s,
+            radius_min_m: standoff.radius_min_m,
+            radius_max_m: standoff.radius_max_m,
+            separation_rad: settings.team.guidance.separation_rad,
+        }
+    }
 }
 
 /// One finished figure.

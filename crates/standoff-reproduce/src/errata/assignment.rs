@@ -4,11 +4,11 @@ use standoff::coordination::assignment::{Hand, Site, assign};
 use standoff::{Displacement, Duty, GroupId, Objective, Position, SensorParams, TeamParams, UavId, math};
 use standoff_sim::draws::{Draw, Draws, Stream};
 
+use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding};
-use crate::reproduce::flights::Plan;
-use crate::reproduce::statistics::{Estimate, mean, quantiles};
-use crate::reproduce::study::{Data, Study, Table};
+use crate::flights::Plan;
+use crate::statistics::{Estimate, mean, quantiles};
+use crate::study::{Data, Study, Table};
 
 const UAVS: u32 = 4;
 const TARGETS: usize = 4;

@@ -10,22 +10,22 @@ use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario, Template};
 use standoff_sim::score::{Choice, Metrics};
 
-use crate::failure::{Failure, refused};
+use crate::failure::Failure;
 
 /// A margin in metres in place of (16), which is not the paper's.
 pub(crate) const IN_METRES: [&str; 2] = ["orbit.margin=standard-deviations", "orbit.on_membership_change=shift"];
 
 /// Which seeds are flown.
 #[derive(Debug, Clone)]
-pub(crate) struct Plan {
+pub struct Plan {
     /// How many runs, at least two: one has no spread.
-    pub(crate) runs: u32,
+    pub runs: u32,
     /// The seed of the first; the next has the next.
-    pub(crate) first_seed: u64,
+    pub first_seed: u64,
     /// On so many threads; one per core if `None`. Makes no difference but in time.
-    pub(crate) threads: Option<NonZeroUsize>,
+    pub threads: Option<NonZeroUsize>,
     /// Traffic files over which the improvements are flown, too.
-    pub(crate) traffic: Vec<PathBuf>,
+    pub traffic: Vec<PathBuf>,
 }
 
 impl Plan {
@@ -84,7 +84,7 @@ impl Flown {
     }
 
     fn template(&self) -> Result<Template, Failure> {
-        Template::load(&self.scenario, &self.edits).map_err(Failure::Scenario)
+        Ok(Template::load(&self.scenario, &self.edits)?)
     }
 }
 
@@ -100,7 +100,8 @@ pub(crate) fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
 
 /// Flies a mission and shows every frame.
 pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
-    let mut mission = Mission::new(scenario).map_err(|errors| Failure::running(refused(&errors)))?;
+    let mut mission = Mission::new(scenario)
+        .map_err(|errors| Failure::Running(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
     while let Some(frame) = mission.frame() {
         look(frame);
     }

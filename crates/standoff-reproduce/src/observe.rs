@@ -33,7 +33,7 @@ pub(crate) fn line_of_sight_deg(frame: &Frame, uav: &UavRow) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reproduce::flights::{Plan, watch};
+    use crate::flights::{Plan, watch};
     use standoff_sim::score::{Choice, Rules, Scorer};
 
     /// What is seen here is what the scores say of the same run, found there by code of their own.

@@ -5,10 +5,10 @@ use standoff::{Feedforward, TeamParams};
 use standoff_view::figures::study::{Line, Plot, study};
 
 use super::flight::Flight;
+use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding};
-use crate::reproduce::statistics::Estimate;
-use crate::reproduce::study::{Data, Study, Table};
+use crate::statistics::Estimate;
+use crate::study::{Data, Study, Table};
 
 /// An orbit is held to within this share of its radius.
 const HELD: f64 = 0.05;

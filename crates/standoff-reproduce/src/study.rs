@@ -3,15 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use standoff_sim::text;
+use standoff_sim::{disk, text};
 use standoff_view::figures::Figure;
 
 use super::claim::{Claim, FEW_RUNS, Verdict, shown};
 use crate::failure::Failure;
-use crate::tell;
 
 /// A piece of the paper, reproduced.
-pub(crate) struct Study {
+pub struct Study {
     /// The argument that asks for it.
     pub(crate) name: &'static str,
     /// Its heading.
@@ -58,7 +57,7 @@ impl Study {
     }
 
     /// The claims as plain text, and the tables.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut text = format!("{}\n", self.title);
         if !self.claims.is_empty() {
             let row = |claim: &Claim| {
@@ -101,7 +100,7 @@ impl Data {
 
 /// What all came to, in a few lines of at most 100 columns: how many claims of each study come out, how many in their
 /// direction only, how many not.
-pub(crate) fn summary(studies: &[Study]) -> String {
+pub fn summary(studies: &[Study]) -> String {
     let studies: Vec<&Study> = studies.iter().filter(|study| !study.claims.is_empty()).collect();
     let row = |title: &str, studies: &[&Study]| {
         let count = |verdict: Verdict| studies.iter().map(|study| study.count(verdict)).sum();
@@ -127,7 +126,7 @@ pub(crate) fn summary(studies: &[Study]) -> String {
 }
 
 /// Writes what an argument asked for: figures, data, and the claims of all its studies.
-pub(crate) fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
+pub fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     let mut claims = Vec::new();
     for study in studies {
         study.save(dir)?;
@@ -143,7 +142,7 @@ pub(crate) fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
 }
 
 /// The file of the claims that an argument asked for.
-pub(crate) fn claims_file(name: &str) -> String {
+pub fn claims_file(name: &str) -> String {
     format!("{name}.json")
 }
 
@@ -155,8 +154,8 @@ pub(crate) fn save_figures(figures: &[Figure], dir: &Path) -> Result<(), Failure
 /// Writes a file, and the folders above it.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
-    made.map_err(|reason| Failure::running(format!("{}: {reason}", text::path(path))))?;
-    tell::save(path, text)
+    let written = made.and_then(|()| disk::save_quickly(path, text));
+    written.map_err(|reason| Failure::running(format!("{}: {reason}", text::path(path))))
 }
 
 /// Markdown without its code marks.
@@ -178,9 +177,9 @@ fn columns(heads: &[&str], mut rows: Vec<Vec<String>>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::claim::Finding;
-    use super::super::statistics::Estimate;
     use super::*;
+    use crate::claim::Finding;
+    use crate::statistics::Estimate;
 
     #[test]
     fn data_keep_every_digit_and_leave_out_what_is_missing() {

@@ -7,12 +7,12 @@ use standoff::{Covariance, Estimate as Track, TargetState, Transition};
 use standoff_sim::record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;
 
+use crate::claim::{Claim, Finding, Paper};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding, Paper};
-use crate::reproduce::flights::{IN_METRES, Plan, watch};
-use crate::reproduce::observe::time_s;
-use crate::reproduce::statistics::{Estimate, mean};
-use crate::reproduce::study::{Study, Table};
+use crate::flights::{IN_METRES, Plan, watch};
+use crate::observe::time_s;
+use crate::statistics::{Estimate, mean};
+use crate::study::{Study, Table};
 
 /// For so long after a change of members the orbit is watched, s.
 const AFTER_S: f64 = 5.0;

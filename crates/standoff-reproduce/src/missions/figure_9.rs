@@ -4,12 +4,12 @@ use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{Choice, Rules, Scorer};
 
 use super::{MISSION, ORBIT_GROWS, always, map};
+use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding};
-use crate::reproduce::flights::{Plan, watch};
-use crate::reproduce::observe::time_s;
-use crate::reproduce::statistics::Estimate;
-use crate::reproduce::study::{Data, Study, Table};
+use crate::flights::{Plan, watch};
+use crate::observe::time_s;
+use crate::statistics::Estimate;
+use crate::study::{Data, Study, Table};
 
 /// The manoeuvring target.
 const MANOEUVRING: u32 = 0;

@@ -11,13 +11,12 @@ pub(crate) use figure_10::figure_10;
 pub(crate) use figure_11::figure_11;
 
 use standoff_sim::scenario::Scenario;
-use standoff_view::figures::{Figure, figures};
+use standoff_view::figures::{Figure, Setup, figures};
 
 use super::claim::{Claim, Finding};
 use super::flights::watch;
 use super::statistics::Estimate;
 use crate::failure::Failure;
-use crate::tell::setup;
 
 /// The mission of figures 9 to 11, and of figure 11a.
 const MISSION: &str = "paper/figure-9";
@@ -42,7 +41,7 @@ fn map(name: &'static str, scenario: &Scenario) -> Result<Figure, Failure> {
     let mut frames = Vec::new();
     watch(scenario, |frame| frames.push(Ok::<_, std::convert::Infallible>(frame.clone())))?;
     let title = format!("{}, seed {}", scenario.name, scenario.seed);
-    let drawn = figures(frames.into_iter(), &setup(title, &scenario.settings)).map_err(Failure::running)?;
+    let drawn = figures(frames.into_iter(), &Setup::of(title, &scenario.settings)).map_err(Failure::running)?;
     let map = drawn.into_iter().find(|figure| figure.name == "trajectories");
     let map = map.ok_or_else(|| Failure::running(format!("{}: nothing to draw", scenario.name)))?;
     Ok(Figure { name, ..map })

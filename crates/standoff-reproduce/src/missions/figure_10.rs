@@ -6,13 +6,13 @@ use standoff_sim::scenario::Scenario;
 use standoff_view::figures::study::study;
 
 use super::{APART_DEG, MISSION};
+use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding};
-use crate::reproduce::flights::{IN_METRES, Plan, watch};
-use crate::reproduce::history::{History, bands, data};
-use crate::reproduce::observe::{centre_error_m, separation_deg, standoff_error_m, time_s};
-use crate::reproduce::statistics::{Estimate, mean, rank_correlation};
-use crate::reproduce::study::{Study, Table};
+use crate::flights::{IN_METRES, Plan, watch};
+use crate::history::{History, bands, data};
+use crate::observe::{centre_error_m, separation_deg, standoff_error_m, time_s};
+use crate::statistics::{Estimate, mean, rank_correlation};
+use crate::study::{Study, Table};
 
 /// Instants that a group must live for its histories to be compared.
 const LONG_ENOUGH: usize = 20;

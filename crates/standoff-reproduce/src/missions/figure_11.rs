@@ -4,13 +4,13 @@ use standoff_sim::scenario::Scenario;
 use standoff_view::figures::study::study;
 
 use super::{BASIC, MISSION, ORBIT_GROWS, always};
+use crate::claim::{Claim, Finding, Paper};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding, Paper};
-use crate::reproduce::flights::{IN_METRES, Plan, watch};
-use crate::reproduce::history::{History, bands, data};
-use crate::reproduce::observe::{line_of_sight_deg, time_s};
-use crate::reproduce::statistics::{Estimate, mean};
-use crate::reproduce::study::{Data, Study, Table};
+use crate::flights::{IN_METRES, Plan, watch};
+use crate::history::{History, bands, data};
+use crate::observe::{line_of_sight_deg, time_s};
+use crate::statistics::{Estimate, mean};
+use crate::study::{Data, Study, Table};
 
 /// For so long after a handoff the angle is watched, s.
 const AFTER_S: f64 = 5.0;

@@ -1,14 +1,24 @@
 //! The page of all claims, `docs/validation.md`: a function of the studies, byte for byte.
 
+use std::path::Path;
+
 use super::claim::{Claim, RULES, Verdict};
 use super::flights::{Plan, file_name};
-use super::study::{Study, Table};
+use super::study::{Study, Table, save_figures, write};
+use crate::failure::Failure;
 
 /// Where the figures of the page are, from where the page is.
-pub(crate) const PICTURES: &str = "pictures/validation";
+const PICTURES: &str = "pictures/validation";
+
+/// Writes the page of all claims, and its figures in a folder beside it.
+pub fn write_page(path: &Path, studies: &[Study], plan: &Plan) -> Result<(), Failure> {
+    let pictures = path.parent().unwrap_or(Path::new("")).join(PICTURES);
+    studies.iter().try_for_each(|study| save_figures(&study.figures, &pictures))?;
+    write(path, &page(studies, plan))
+}
 
 /// The page.
-pub(crate) fn page(studies: &[Study], plan: &Plan) -> String {
+fn page(studies: &[Study], plan: &Plan) -> String {
     let command = command(None, plan);
     let mut text = format!(
         "# Validation: the paper, claim by claim\n\n\
@@ -122,9 +132,9 @@ fn anchor(heading: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::claim::Finding;
-    use super::super::statistics::Estimate;
     use super::*;
+    use crate::claim::Finding;
+    use crate::statistics::Estimate;
 
     #[test]
     fn every_claim_is_a_row_and_one_that_does_not_come_out_stays_with_its_reason() {

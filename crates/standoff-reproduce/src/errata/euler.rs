@@ -4,10 +4,10 @@ use standoff::{Duration, Feedforward, Integrator, TeamParams, UavParams};
 use standoff_view::figures::study::{Line, Plot, study};
 
 use super::flight::{Flight, PERIOD_S};
+use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding};
-use crate::reproduce::statistics::Estimate;
-use crate::reproduce::study::{Data, Study, Table};
+use crate::statistics::Estimate;
+use crate::study::{Data, Study, Table};
 
 pub(super) fn study_euler() -> Result<Study, Failure> {
     let mut found = Study::new(

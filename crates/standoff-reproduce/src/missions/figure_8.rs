@@ -4,13 +4,13 @@ use standoff_sim::scenario::Scenario;
 use standoff_view::figures::study::study;
 
 use super::{APART_DEG, always, map};
+use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding};
-use crate::reproduce::flights::{Plan, watch};
-use crate::reproduce::history::{History, bands, data};
-use crate::reproduce::observe::{line_of_sight_deg, separation_deg, standoff_error_m, time_s};
-use crate::reproduce::statistics::{Estimate, mean};
-use crate::reproduce::study::Study;
+use crate::flights::{Plan, watch};
+use crate::history::{History, bands, data};
+use crate::observe::{line_of_sight_deg, separation_deg, standoff_error_m, time_s};
+use crate::statistics::{Estimate, mean};
+use crate::study::Study;
 
 const SCENARIO: &str = "paper/figure-8";
 

@@ -6,10 +6,10 @@ use standoff::{Displacement, Feedforward, Orbit, Position, TeamParams, UavState,
 use standoff_view::figures::study::{Line, Plot, study};
 
 use super::flight::Flight;
+use crate::claim::{Claim, Finding, shown};
 use crate::failure::Failure;
-use crate::reproduce::claim::{Claim, Finding, shown};
-use crate::reproduce::statistics::Estimate;
-use crate::reproduce::study::{Data, Study, Table};
+use crate::statistics::Estimate;
+use crate::study::{Data, Study, Table};
 
 /// The orbit on which the three forms are compared, m, and the speed.
 const ORBIT_M: f64 = 300.0;
