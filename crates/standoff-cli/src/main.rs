@@ -19,6 +19,7 @@ mod view;
 mod watch;
 mod yardstick;
 
+use std::panic;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -27,6 +28,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use failure::Failure;
+use standoff_sim::record::panic_is_expected;
 use standoff_sim::text;
 
 /// UAVs keep groups of moving ground vehicles in view: coordinated standoff tracking, simulated.
@@ -114,7 +116,18 @@ Exit status: 0 done, 1 failed while running, 2 wrong input or usage.";
 const ARGUMENT_MAX: usize = 4096;
 
 fn main() -> ExitCode {
+    silence_expected_panics();
     done().map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
+}
+
+/// The library of Parquet panics on some damaged files. Such a panic is caught, and told as damage: nobody need hear of it.
+fn silence_expected_panics() {
+    let print = panic::take_hook();
+    panic::set_hook(Box::new(move |what| {
+        if !panic_is_expected() {
+            print(what);
+        }
+    }));
 }
 
 /// What to write where a value was set with a space: who parses arguments may complain of what comes behind that first.

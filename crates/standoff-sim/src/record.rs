@@ -17,11 +17,9 @@ pub(crate) mod folder;
 #[cfg(test)]
 mod fuzz;
 pub(crate) mod manifest;
-mod plausible;
 mod reader;
 mod rows;
 pub(crate) mod table;
-mod thrift;
 mod writer;
 
 pub use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
@@ -29,6 +27,6 @@ pub use allowance::EventAllowance;
 pub use error::RecordError;
 pub use folder::{Occupancy, in_the_way, occupancy};
 pub use manifest::{Counts, FORMAT, Manifest};
-pub use plausible::MAX_ROWS;
 pub use reader::{Frames, Record};
+pub use standoff_parquet::{MAX_ROWS, panic_is_expected};
 pub use writer::{Closed, Kept, Writer};

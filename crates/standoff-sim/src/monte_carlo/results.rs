@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize, Serializer};
+use standoff_parquet::Source;
 
 use super::journal::{self, MAX_BATCH, check_format};
 use super::settings::{Settings, settings_of};
@@ -16,7 +17,7 @@ use crate::input;
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
 use crate::record::folder::{NO_FOLDER, first_in};
-use crate::record::table::{Row, Source, TableReader, TableWriter};
+use crate::record::table::{Row, TableReader, TableWriter, source};
 use crate::score::Metrics;
 
 const MANIFEST: &str = "monte-carlo.json";
@@ -277,7 +278,7 @@ pub struct Runs<'a> {
 
 impl<'a> Runs<'a> {
     fn open(batch: &'a Batch, path: PathBuf) -> Result<Self, MonteCarloError> {
-        let table = Source::open(&path)?;
+        let table = source(&path)?;
         Ok(Self { batch, path, table })
     }
 

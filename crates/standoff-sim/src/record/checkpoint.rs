@@ -17,12 +17,11 @@ use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use parquet::errors::Result as ParquetResult;
-use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData};
+use standoff_parquet::{Footer, Source};
 
+use super::RecordError;
 use super::rows::TIMED;
-use super::table::{Source, damage, guarded};
-use super::{RecordError, plausible};
+use super::table::Missing;
 use crate::{disk, input};
 
 /// Name of the file.
@@ -32,14 +31,6 @@ pub(super) const CHECKPOINT: &str = "checkpoint";
 const MAX_BYTES: u64 = 128 << 20;
 
 const MAGIC: &[u8; 16] = b"standoff partial";
-
-/// What a table's file lacks.
-pub(super) struct Missing {
-    /// The footer of what is in the file.
-    pub(super) footer: Vec<u8>,
-    /// The rows that are not: a Parquet file.
-    pub(super) rows: Vec<u8>,
-}
 
 /// Writes the checkpoint of a record: `tables` in the order of [`TIMED`], or none if they are whole.
 pub(super) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
@@ -83,8 +74,8 @@ pub(super) struct Checkpoint {
 
 #[derive(Debug)]
 struct Table {
-    footer: Arc<ParquetMetaData>,
-    rows: Arc<ParquetMetaData>,
+    footer: Footer,
+    rows: Footer,
 }
 
 impl Checkpoint {
@@ -104,7 +95,7 @@ impl Checkpoint {
         let mut tables = Vec::new();
         while !rest.is_empty() && tables.len() < TIMED.len() {
             let at = told.len() - rest.len();
-            let (table, after) = guarded(|| split_table(rest, at)).map_err(|e| RecordError::parquet_read(&path, e))?;
+            let (table, after) = split_table(rest, at).map_err(|error| RecordError::parquet_read(&path, error))?;
             tables.push(table);
             rest = after;
         }
@@ -118,13 +109,12 @@ impl Checkpoint {
     pub(super) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
         let place = TIMED.iter().position(|name| *name == table)?;
         let Table { footer, rows } = self.tables.get(place)?;
-        let written = Source { file: Arc::new(file), metadata: Arc::clone(footer) };
-        Some([written, Source { file: Arc::clone(&self.file), metadata: Arc::clone(rows) }])
+        Some([Source::with_footer(Arc::new(file), footer), Source::with_footer(Arc::clone(&self.file), rows)])
     }
 }
 
 /// The first table of the bytes, which begin at `at` in the file, and what follows it.
-fn split_table(bytes: &[u8], at: usize) -> ParquetResult<(Table, &[u8])> {
+fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), standoff_parquet::Error> {
     let split = || {
         let (footer_length, bytes) = bytes.split_first_chunk()?;
         let (rows_length, bytes) = bytes.split_first_chunk()?;
@@ -133,34 +123,10 @@ fn split_table(bytes: &[u8], at: usize) -> ParquetResult<(Table, &[u8])> {
         let (rows, bytes) = bytes.split_at_checked(length(rows_length)?)?;
         Some((footer, rows, bytes))
     };
-    let (footer, rows, rest) = split().ok_or_else(|| damage("a table breaks off"))?;
-    let offset = i64::try_from(at + 8 + 8 + footer.len())?;
-    let table = Table { footer: last_footer(footer)?.into(), rows: moved(last_footer(rows)?, offset)?.into() };
+    let breaks_off = || standoff_parquet::Error::Damaged("a table breaks off".to_owned());
+    let (footer, rows, rest) = split().ok_or_else(breaks_off)?;
+    // What is in memory has far fewer bytes than that.
+    let offset = i64::try_from(at + 8 + 8 + footer.len()).unwrap_or(i64::MAX);
+    let table = Table { footer: Footer::at_end_of(footer, 0)?, rows: Footer::at_end_of(rows, offset)? };
     Ok((table, rest))
-}
-
-/// The footer with which the bytes end: its Thrift, their length in 4 bytes, and 4 bytes of Parquet's mark.
-fn last_footer(bytes: &[u8]) -> ParquetResult<ParquetMetaData> {
-    let thrift = || {
-        let (bytes, end) = bytes.split_last_chunk::<8>()?;
-        let length = usize::try_from(u32::from_le_bytes(*end.first_chunk()?)).ok()?;
-        bytes.get(bytes.len().checked_sub(length)?..)
-    };
-    let thrift = thrift().ok_or_else(|| damage("a footer breaks off"))?;
-    plausible::check_footer(thrift).map_err(|what| damage(&what))?;
-    ParquetMetaDataReader::decode_metadata(thrift)
-}
-
-/// The metadata of a file that begins at `offset` in another one.
-fn moved(metadata: ParquetMetaData, offset: i64) -> ParquetResult<ParquetMetaData> {
-    let group = |group: &RowGroupMetaData| {
-        let columns = group.columns().iter().map(|column| {
-            let dictionary = column.dictionary_page_offset().map(|at| at.saturating_add(offset));
-            let data = column.data_page_offset().saturating_add(offset);
-            column.clone().into_builder().set_dictionary_page_offset(dictionary).set_data_page_offset(data).build()
-        });
-        group.clone().into_builder().set_column_metadata(columns.collect::<ParquetResult<_>>()?).build()
-    };
-    let groups = metadata.row_groups().iter().map(group).collect::<ParquetResult<_>>()?;
-    Ok(metadata.into_builder().set_row_groups(groups).build())
 }

@@ -7,7 +7,7 @@ use parquet::column::reader::ColumnReader;
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::{ParquetError, Result as ParquetResult};
-use parquet::schema::types::{ColumnDescriptor, Type};
+use parquet::schema::types::Type;
 
 /// The columns of a table, walked from left to right to put or get one row.
 pub(crate) type Cells<'a> = IterMut<'a, Column>;
@@ -137,12 +137,16 @@ impl Column {
         self.presence = Presence::Added;
     }
 
-    /// The file lacks it; whether it may.
-    pub(crate) fn miss(&mut self) -> bool {
-        if self.presence == Presence::Added {
+    /// The file may lack it.
+    pub(crate) fn may_miss(&self) -> bool {
+        self.presence == Presence::Added
+    }
+
+    /// Whether the file lacks it is known now.
+    pub(crate) fn set_missing(&mut self, is_missing: bool) {
+        if is_missing {
             self.presence = Presence::Missing;
         }
-        self.presence == Presence::Missing
     }
 
     /// It is not known to be missing.
@@ -170,12 +174,6 @@ impl Column {
         self.values.physical()
     }
 
-    /// The column can be read from such a column of a file. Other programs make every column
-    /// optional when they copy a table: it is enough that the values are there.
-    pub(crate) fn fits(&self, other: &ColumnDescriptor) -> bool {
-        other.physical_type() == self.values.physical() && other.max_def_level() <= 1 && other.max_rep_level() == 0
-    }
-
     pub(crate) fn clear(&mut self) {
         self.levels.clear();
         self.values.clear();
@@ -187,15 +185,10 @@ impl Column {
         self.values.write(writer, levels)
     }
 
-    /// Reads the column's values of the next rows of a row group, in place of those in hand.
-    pub(crate) fn read(&mut self, reader: &mut ColumnReader, rows: usize) -> ParquetResult<()> {
+    /// Reads the column's values of the next rows of a row group, in place of those in hand; tells how many there were.
+    pub(crate) fn read(&mut self, reader: &mut ColumnReader, rows: usize) -> ParquetResult<usize> {
         self.clear();
-        let read = self.values.read(reader, rows, &mut self.levels)?;
-        if read == rows {
-            return Ok(());
-        }
-        let what = format!("column {} holds {read} of its {rows} rows", self.name);
-        Err(ParquetError::General(what))
+        self.values.read(reader, rows, &mut self.levels)
     }
 
     fn push<T: Cell>(&mut self, cell: Option<T>) -> Result<(), What> {

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
+use standoff_parquet::Error as Unreadable;
 
 use super::folder;
 use crate::{input, text};
@@ -212,39 +213,20 @@ impl RecordError {
         Self::Damaged { path, what }
     }
 
-    pub(super) fn foreign(path: &Path, what: String) -> Self {
-        let path = path.to_owned();
-        Self::Foreign { path, what }
-    }
-
     /// Of the parquet crate while writing: the system's reason where there is one.
     pub(super) fn parquet_write(path: &Path, error: ParquetError) -> Self {
-        Self::write(path, system_reason(error).unwrap_or_else(io::Error::other))
-    }
-
-    /// Of the parquet crate while reading.
-    pub(super) fn parquet_read(path: &Path, error: ParquetError) -> Self {
-        match system_reason(error) {
-            Ok(reason) => Self::bad_bytes(path, reason),
-            Err(error) => Self::damaged(path, error.to_string()),
+        match Unreadable::from(error) {
+            Unreadable::System(reason) => Self::write(path, reason),
+            other => Self::write(path, io::Error::other(other.to_string())),
         }
     }
 
-    /// Of what looks at bytes: a failing disk is not a damaged file.
-    pub(super) fn bad_bytes(path: &Path, reason: io::Error) -> Self {
-        // Where a file breaks off, or says that it has more than any file, the disk is not to blame.
-        if reason.raw_os_error().is_some() && reason.kind() != io::ErrorKind::InvalidInput {
-            return Self::read(path, reason);
+    /// While reading a table.
+    pub(super) fn parquet_read(path: &Path, error: Unreadable) -> Self {
+        match error {
+            Unreadable::System(reason) => Self::read(path, reason),
+            Unreadable::Damaged(what) => Self::damaged(path, what),
+            Unreadable::Foreign(what) => Self::Foreign { path: path.to_owned(), what: text::words(&what) },
         }
-        Self::damaged(path, reason.to_string())
-    }
-}
-
-fn system_reason(error: ParquetError) -> Result<io::Error, ParquetError> {
-    match error {
-        ParquetError::External(inner) => {
-            inner.downcast::<io::Error>().map_or_else(|other| Err(ParquetError::External(other)), |io| Ok(*io))
-        }
-        other => Err(other),
     }
 }

@@ -27,8 +27,8 @@ pub struct Record {
 impl Record {
     /// Opens the record in `dir`: reads all but the frames. An unfinished one tells as far as [`Record::ends_s`].
     ///
-    /// Damage that makes the library of Parquet panic is an error; so that nothing is printed of it, the process gets a
-    /// panic hook that is silent on the reading thread while it reads, and else does what the one before it did.
+    /// Damage that makes the library of Parquet panic is an error. The panic is caught, but the process's panic hook hears
+    /// of it, which a program may have say nothing as long as [`panic_is_expected`](super::panic_is_expected).
     pub fn open(dir: &Path) -> Result<Self, RecordError> {
         let manifest = Manifest::read(dir)?;
         if manifest.unfinished && !checkpoint::is_in(dir) {

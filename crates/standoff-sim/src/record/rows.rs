@@ -1,9 +1,9 @@
 //! The record's tables: which fields of which row are its columns, each named once for both ways.
 
 use parquet::data_type::ByteArray;
+use standoff_parquet::MAX_CELL;
 
 use super::column::{self, Cells, Column, Fault, Field, Scalar, What};
-use super::plausible::MAX_CELL;
 use super::table::Row;
 use crate::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::text::quoted;

@@ -1,27 +1,22 @@
 //! One Parquet file: rows go in and come out through the columns of one row group at a time.
 
-use std::cell::Cell;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Write;
 use std::marker::PhantomData;
-use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Once};
+use std::sync::Arc;
 
 use parquet::basic::Compression;
-use parquet::column::reader::ColumnReader;
-use parquet::errors::{ParquetError, Result as ParquetResult};
-use parquet::file::metadata::{FileMetaData, ParquetMetaData, ParquetMetaDataReader, ParquetMetaDataWriter};
-use parquet::file::properties::{EnabledStatistics, ReaderProperties, WriterProperties};
-use parquet::file::reader::RowGroupReader;
-use parquet::file::serialized_reader::SerializedRowGroupReader;
+use parquet::errors::Result as ParquetResult;
+use parquet::file::metadata::{FileMetaData, ParquetMetaData, ParquetMetaDataWriter};
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::{SchemaDescriptor, Type};
+use parquet::schema::types::Type;
+use standoff_parquet::{Blocks, Source};
 
-use super::checkpoint::Missing;
+use super::RecordError;
 use super::column::{Cells, Column, Fault, What};
-use super::{RecordError, plausible};
 use crate::input;
 
 /// Rows per row group: it bounds the memory of a run of any length.
@@ -131,6 +126,14 @@ fn start<W: Write + Send>(file: W, columns: &[Column]) -> ParquetResult<Serializ
     SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
 }
 
+/// What a table's file lacks to be read while it is written.
+pub(super) struct Missing {
+    /// The footer of what is in the file.
+    pub(super) footer: Vec<u8>,
+    /// The rows that are not: a Parquet file.
+    pub(super) rows: Vec<u8>,
+}
+
 /// The footer of what was written so far, and the rows in hand as a file of their own.
 fn missing<W: Write + Send>(
     file: &SerializedFileWriter<W>,
@@ -172,40 +175,17 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
     }
 }
 
-/// Row groups, and the file that holds them. It is opened once, and read as often as need be.
-#[derive(Debug, Clone)]
-pub(crate) struct Source {
-    pub(crate) file: Arc<File>,
-    pub(crate) metadata: Arc<ParquetMetaData>,
-}
-
-impl Source {
-    /// A Parquet file, if what it says of itself is plausible.
-    pub(crate) fn open(path: &Path) -> Result<Self, RecordError> {
-        let mut file = input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
-        plausible::check_end(&mut file).map_err(|reason| RecordError::bad_bytes(path, reason))?;
-        let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file));
-        let metadata = metadata.map_err(|e| RecordError::parquet_read(path, e))?;
-        Ok(Self { file: Arc::new(file), metadata: Arc::new(metadata) })
-    }
+/// A Parquet file, if what it says of itself is plausible.
+pub(crate) fn source(path: &Path) -> Result<Source, RecordError> {
+    let file = input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
+    Source::open(file).map_err(|error| RecordError::parquet_read(path, error))
 }
 
 /// Reads a table row by row.
 pub(crate) struct TableReader<R> {
     path: PathBuf,
-    /// What is still to be read, the next first.
-    sources: VecDeque<Source>,
+    blocks: Blocks,
     columns: Vec<Column>,
-    /// Where each of our columns is in the file, of those that are there.
-    places: Vec<usize>,
-    /// Of the first source.
-    next_group: usize,
-    /// Bytes of the first source's columns that were looked at: a part that stands for many would take its time as often.
-    looked_at: u64,
-    /// What reads each of our columns of the group in hand.
-    readers: Vec<ColumnReader>,
-    /// Rows of that group that were not read yet: other programs make groups that are too large for one go.
-    unread: usize,
     /// Rows in hand that were not taken yet.
     left: usize,
     /// Rows taken, for messages.
@@ -215,7 +195,7 @@ pub(crate) struct TableReader<R> {
 
 impl<R: Row> TableReader<R> {
     pub(crate) fn open(path: PathBuf) -> Result<Self, RecordError> {
-        let source = Source::open(&path)?;
+        let source = source(&path)?;
         Self::of(path, R::columns(), [source])
     }
 
@@ -225,32 +205,11 @@ impl<R: Row> TableReader<R> {
         mut columns: Vec<Column>,
         sources: impl Into<VecDeque<Source>>,
     ) -> Result<Self, RecordError> {
-        let (sources, mut places) = (sources.into(), Vec::new());
-        for source in &sources {
-            plausible::check_rows(&source.metadata).map_err(|what| RecordError::damaged(&path, what))?;
-            let schema = source.metadata.file_metadata().schema_descr();
-            let found: Result<Vec<usize>, _> =
-                columns.iter_mut().filter_map(|c| place(c, schema, &path).transpose()).collect();
-            let found = found?;
-            plausible::check_format(&source.metadata, &found).map_err(|what| RecordError::foreign(&path, what))?;
-            if !(places.is_empty() || places == found) {
-                return Err(RecordError::damaged(&path, "its parts have other columns".to_owned()));
-            }
-            places = found;
-        }
-        Ok(Self {
-            path,
-            sources,
-            columns,
-            places,
-            next_group: 0,
-            looked_at: 0,
-            readers: Vec::new(),
-            unread: 0,
-            left: 0,
-            taken: 0,
-            kind: PhantomData,
-        })
+        let wanted: Vec<_> =
+            columns.iter().map(|column| (column.name(), column.physical(), column.may_miss())).collect();
+        let blocks = Blocks::new(sources, &wanted).map_err(|error| RecordError::parquet_read(&path, error))?;
+        columns.iter_mut().zip(blocks.missing()).for_each(|(column, is_missing)| column.set_missing(is_missing));
+        Ok(Self { path, blocks, columns, left: 0, taken: 0, kind: PhantomData })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -259,128 +218,30 @@ impl<R: Row> TableReader<R> {
 
     /// How many rows it says it has: all, as long as none was taken.
     pub(crate) fn rows(&self) -> u64 {
-        let rows = |source: &Source| u64::try_from(source.metadata.file_metadata().num_rows()).unwrap_or(0);
-        self.sources.iter().map(rows).fold(0, u64::saturating_add)
+        self.blocks.rows()
     }
 
     /// The next row, or `None` after the last.
     pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
-        while self.left == 0 {
-            if self.unread == 0 {
-                let Some(source) = self.sources.front() else { return Ok(None) };
-                if self.next_group == source.metadata.num_row_groups() {
-                    self.sources.pop_front();
-                    (self.next_group, self.looked_at) = (0, 0);
-                    continue;
-                }
-                // Some programs write them.
-                if source.metadata.row_group(self.next_group).num_rows() == 0 {
-                    self.next_group += 1;
-                    continue;
-                }
-                guarded(|| self.open_group()).map_err(|e| RecordError::parquet_read(&self.path, e))?;
-                self.next_group += 1;
+        if self.left == 0 {
+            let read = self.blocks.next(GROUP_ROWS, |column, reader, rows| self.columns[column].read(reader, rows));
+            self.left = read.map_err(|error| RecordError::parquet_read(&self.path, error))?;
+            if self.left == 0 {
+                return Ok(None);
             }
-            self.left = guarded(|| self.read_rows()).map_err(|e| RecordError::parquet_read(&self.path, e))?;
-            self.unread -= self.left;
         }
         self.left -= 1;
         self.taken += 1;
-        match R::get(&mut self.columns.iter_mut()) {
-            Ok(row) => Ok(Some(row)),
-            Err(fault) => {
-                let what = format!("row {}: {fault}", self.taken);
-                Err(RecordError::damaged(&self.path, what))
-            }
-        }
-    }
-
-    fn open_group(&mut self) -> ParquetResult<()> {
-        let Some(Source { file, metadata }) = self.sources.front() else { return Ok(()) };
-        let (about, index) = (metadata.row_group(self.next_group), metadata.page_index_for_row_group(self.next_group));
-        let properties = Arc::new(ReaderProperties::builder().build());
-        let group = SerializedRowGroupReader::new(Arc::clone(file), about, index, properties)?;
-        // To look at what the reader is about to believe.
-        let mut bytes = file.try_clone()?;
-        let length = bytes.metadata()?.len();
-        self.unread = usize::try_from(about.num_rows())?;
-        self.readers.clear();
-        for &place in &self.places {
-            let chunk = about.columns().get(place).ok_or_else(|| damage("a column is missing"))?;
-            self.looked_at = self.looked_at.saturating_add(u64::try_from(chunk.compressed_size())?);
-            if self.looked_at > length {
-                return Err(damage("its columns are longer than the file"));
-            }
-            plausible::check_pages(&mut bytes, chunk)?;
-            self.readers.push(group.get_column_reader(place)?);
-        }
-        Ok(())
-    }
-
-    fn read_rows(&mut self) -> ParquetResult<usize> {
-        let rows = self.unread.min(GROUP_ROWS);
-        let there = self.columns.iter_mut().filter(|column| column.is_there());
-        for (column, reader) in there.zip(&mut self.readers) {
-            column.read(reader, rows)?;
-        }
-        Ok(rows)
-    }
-}
-
-pub(super) fn damage(what: &str) -> ParquetError {
-    ParquetError::General(what.to_owned())
-}
-
-/// Runs the parquet crate on bytes of which nobody knows where they have been: it panics on some
-/// damaged files (60.1: a dictionary page that is missing, for one) where an error is due.
-pub(super) fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> ParquetResult<T> {
-    // What a panic leaves half done is not used again: the error ends the reading.
-    quietly(|| catch_unwind(AssertUnwindSafe(read))).unwrap_or_else(|_| Err(damage("its bytes cannot be decoded")))
-}
-
-thread_local! {
-    /// A panic of this thread is expected, and caught.
-    static QUIET: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Does something without the message that a panic prints, on this thread; others are not concerned.
-fn quietly<T>(work: impl FnOnce() -> T) -> T {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let print = panic::take_hook();
-        panic::set_hook(Box::new(move |panic| {
-            if !QUIET.get() {
-                print(panic);
-            }
-        }));
-    });
-    QUIET.set(true);
-    let done = work();
-    QUIET.set(false);
-    done
-}
-
-/// Where the column is in a file, if it need be there; columns that this version does not know are passed over.
-fn place(column: &mut Column, schema: &SchemaDescriptor, path: &Path) -> Result<Option<usize>, RecordError> {
-    let mut found = schema.columns().iter().enumerate().filter(|(_, c)| c.path().parts() == [column.name()]);
-    let place = found.next().map(|(place, _)| place);
-    if found.next().is_some() {
-        return Err(RecordError::damaged(path, format!("column {} is there twice", column.name())));
-    }
-    match place {
-        Some(place) if column.fits(&schema.column(place)) => Ok(Some(place)),
-        Some(place) => {
-            let (name, other) = (column.name(), schema.column(place).physical_type());
-            // Pandas makes floating-point numbers of whole ones if some are missing.
-            Err(RecordError::foreign(path, format!("column {name} has the type {other}, not {}", column.physical())))
-        }
-        None if column.miss() => Ok(None),
-        None => Err(RecordError::damaged(path, format!("column {} is missing", column.name()))),
+        let row = R::get(&mut self.columns.iter_mut());
+        row.map(Some).map_err(|fault| RecordError::damaged(&self.path, format!("row {}: {fault}", self.taken)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use parquet::file::reader::FileReader;
+    use parquet::file::serialized_reader::SerializedFileReader;
+
     use super::super::column::Field;
     use super::super::rows::TargetRow;
     use super::*;
@@ -401,8 +262,9 @@ mod tests {
             assert!(table.rows < GROUP_ROWS);
             table.finish().unwrap();
 
+            let written = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
+            assert_eq!(written.num_row_groups(), groups);
             let mut table = TableReader::<TargetRow>::open(path).unwrap();
-            assert_eq!(table.sources[0].metadata.num_row_groups(), groups);
             (0..rows).for_each(|target| assert_eq!(table.next_row().unwrap(), Some(row(target))));
             assert_eq!(table.next_row().unwrap(), None);
         }

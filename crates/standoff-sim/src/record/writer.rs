@@ -9,7 +9,7 @@ use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::folder::{self, Growing, MANIFEST, SCENARIO, Turn};
 use super::rows::{At, TargetRow, most_at_once, seconds};
-use super::table::{Row, TableWriter, file_of};
+use super::table::{Missing, Row, TableWriter, file_of};
 use super::{Counts, FORMAT, Manifest, RecordError};
 use crate::disk::{PARTIAL, beside};
 use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
@@ -230,7 +230,7 @@ impl Writer {
         self.kept_us.map(|last_us| Kept { dir: self.partial.path.clone(), until_s: seconds(last_us) })
     }
 
-    fn keep(&mut self, last_us: i64, tables: &[checkpoint::Missing]) -> Result<(), RecordError> {
+    fn keep(&mut self, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
         if self.kept_us.is_none() {
             let synced = self.lock.sync_all();
             synced.map_err(|reason| RecordError::write(&self.partial.path.join(MANIFEST), reason))?;

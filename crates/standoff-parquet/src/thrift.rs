@@ -19,29 +19,29 @@ const STRUCT: u8 = 12;
 
 /// A description; every reading gives `None` where it breaks off or makes no sense.
 #[derive(Clone, Copy)]
-pub(super) struct Thrift<'a> {
+pub(crate) struct Thrift<'a> {
     rest: &'a [u8],
     depth: usize,
 }
 
 /// A field's value, not read yet.
 #[derive(Clone, Copy)]
-pub(super) struct Value {
+pub(crate) struct Value {
     kind: u8,
 }
 
 impl<'a> Thrift<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes, depth: 0 }
     }
 
     /// How many bytes are left.
-    pub(super) fn left(&self) -> usize {
+    pub(crate) fn left(&self) -> usize {
         self.rest.len()
     }
 
     /// Reads a structure: `take` gets every field by its number, and reads its value or says `skip`.
-    pub(super) fn structure(&mut self, mut take: impl FnMut(&mut Self, i16, Value) -> Option<()>) -> Option<()> {
+    pub(crate) fn structure(&mut self, mut take: impl FnMut(&mut Self, i16, Value) -> Option<()>) -> Option<()> {
         if self.depth == MAX_DEPTH {
             return None;
         }
@@ -63,18 +63,18 @@ impl<'a> Thrift<'a> {
     }
 
     /// A whole number.
-    pub(super) fn int(&mut self, value: Value) -> Option<i64> {
+    pub(crate) fn int(&mut self, value: Value) -> Option<i64> {
         matches!(value.kind, SHORT | INT | LONG).then(|| self.signed()).flatten()
     }
 
     /// The length of a list of structures, which follow.
-    pub(super) fn structures(&mut self, value: Value) -> Option<usize> {
+    pub(crate) fn structures(&mut self, value: Value) -> Option<usize> {
         let (kind, length) = (value.kind == LIST).then(|| self.list()).flatten()?;
         (length == 0 || kind == STRUCT).then_some(length)
     }
 
     /// Passes over a value.
-    pub(super) fn skip(&mut self, value: Value) -> Option<()> {
+    pub(crate) fn skip(&mut self, value: Value) -> Option<()> {
         match value.kind {
             TRUE | FALSE => Some(()),
             BYTE => self.byte().map(drop),

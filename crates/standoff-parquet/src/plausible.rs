@@ -7,8 +7,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use parquet::basic::Compression;
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 
-use super::thrift::Thrift;
-use crate::text::words;
+use crate::thrift::Thrift;
 
 /// Largest description of a file (schema, row groups), bytes: the widest table has 5 MB at the most rows.
 const MAX_FOOTER: u64 = 8 << 20;
@@ -32,20 +31,20 @@ const MAX_RATIO: i64 = 32;
 /// Most values of a dictionary: they are that of a few row groups at most.
 const MAX_DICTIONARY: i64 = 1 << 20;
 /// Longest text of a cell, bytes: a vehicle's name has up to 200 characters, of 4 bytes.
-pub(super) const MAX_CELL: usize = 1 << 10;
+pub const MAX_CELL: usize = 1 << 10;
 
 /// The encodings of values that are read, by their numbers: plain, dictionary (twice), runs, split streams. The others
 /// are of no use here, and say themselves how much room they need.
 const ENCODINGS: [i64; 5] = [0, 2, 3, 8, 9];
 
 /// Refuses a file whose description is not plausible.
-pub(super) fn check_end(file: &mut File) -> io::Result<()> {
+pub(crate) fn check_end(file: &mut File) -> io::Result<()> {
     let footer = footer(file)?.ok_or_else(|| io::Error::other("it does not end as a Parquet file"))?;
     check_footer(&footer).map_err(io::Error::other)
 }
 
 /// Refuses row groups that are not as many rows as the file says.
-pub(super) fn check_rows(metadata: &ParquetMetaData) -> Result<(), String> {
+pub(crate) fn check_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     let told = metadata.file_metadata().num_rows();
     let mut groups = metadata.row_groups().iter().map(RowGroupMetaData::num_rows);
     let rows = groups.try_fold(0_i64, |sum, rows| sum.checked_add(rows).filter(|_| rows >= 0));
@@ -56,10 +55,10 @@ pub(super) fn check_rows(metadata: &ParquetMetaData) -> Result<(), String> {
 }
 
 /// Refuses columns in compressions and encodings that are not read here, and tells which: the file may be as good as any.
-pub(super) fn check_format(metadata: &ParquetMetaData, columns: &[usize]) -> Result<(), String> {
+pub(crate) fn check_format(metadata: &ParquetMetaData, columns: &[usize]) -> Result<(), String> {
     for group in metadata.row_groups() {
         for chunk in columns.iter().filter_map(|&column| group.columns().get(column)) {
-            let name = || words(&chunk.column_path().string());
+            let name = || chunk.column_path().string();
             if !matches!(chunk.compression(), Compression::UNCOMPRESSED | Compression::SNAPPY) {
                 // `ZSTD(ZstdLevel(1))`: the level is not in the file.
                 let codec = format!("{:?}", chunk.compression());
@@ -80,7 +79,7 @@ fn is_read(encoding: i64) -> bool {
 }
 
 /// Refuses a description that is not plausible.
-pub(super) fn check_footer(footer: &[u8]) -> Result<(), String> {
+pub(crate) fn check_footer(footer: &[u8]) -> Result<(), String> {
     let mut fault = None;
     let walked = Thrift::new(footer).structure(|thrift, id, value| {
         match id {
@@ -180,7 +179,7 @@ fn chunks(thrift: &mut Thrift<'_>, groups: usize) -> Option<usize> {
 }
 
 /// Refuses a column of a row group whose pages are not plausible.
-pub(super) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> io::Result<()> {
+pub(crate) fn check_pages(file: &mut File, chunk: &ColumnChunkMetaData) -> io::Result<()> {
     let start = chunk.dictionary_page_offset().unwrap_or_else(|| chunk.data_page_offset());
     let bounds = (u64::try_from(start).ok(), u64::try_from(chunk.compressed_size()).ok());
     let (Some(mut at), Some(mut left)) = bounds else {
@@ -285,8 +284,8 @@ impl Page {
 mod tests {
     use parquet::errors::ParquetError;
 
-    use super::super::RecordError;
     use super::*;
+    use crate::Error;
 
     fn of_kind((kind, field): (i64, i16)) -> Page {
         Page { header: 20, kind, unpacked: 800, packed: 100, values: 100, encoding: 0, described: vec![field] }
@@ -367,14 +366,11 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn a_disk_that_fails_is_not_told_as_damage() {
         let home = tempfile::tempdir().unwrap();
-        let path = home.path();
-        let error = page(&mut File::open(path).unwrap(), 0, 100).map(drop).unwrap_err();
-        let error = ParquetError::from(error);
-        let told = RecordError::parquet_read(path, error).to_string();
-        assert!(told.starts_with("cannot read") && told.contains("os error 21"), "{told}");
-        let error = check_end(&mut File::open(path).unwrap()).unwrap_err();
-        let told = RecordError::bad_bytes(path, error);
-        assert!(matches!(told, RecordError::Read { .. }), "{told}");
+        let folder = || File::open(home.path()).unwrap();
+        let error = page(&mut folder(), 0, 100).map(drop).unwrap_err();
+        for told in [ParquetError::from(error).into(), check_end(&mut folder()).unwrap_err().into()] {
+            assert!(matches!(&told, Error::System(reason) if reason.raw_os_error() == Some(21)), "{told}");
+        }
     }
 
     #[test]
