@@ -3,6 +3,22 @@
 //! Positions are metres east (`x`) and north (`y`); angles are radians, anticlockwise from east, in
 //! (-pi, pi]. A value that does not exist (no group, no boresight yet) is `None`, never a NaN.
 
+/// What a brain tells of what it believes and intends; what it does not tell is not scored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reported {
+    /// Tracks, and what happens to them.
+    pub tracks: bool,
+    /// Groups and their orbits, and what happens to them.
+    pub groups: bool,
+}
+
+impl Reported {
+    /// Everything.
+    pub const ALL: Self = Self { tracks: true, groups: true };
+    /// Nothing: only where UAVs fly and sensors point is known.
+    pub const NOTHING: Self = Self { tracks: false, groups: false };
+}
+
 /// Everything that the record holds of one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {

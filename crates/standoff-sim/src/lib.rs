@@ -4,6 +4,7 @@
 //! scenario -> mission (world, sensors, perfect radio, agents) -> frames -> record -> score
 //! ```
 
+pub mod brain;
 pub mod disk;
 pub mod draws;
 mod frame;
@@ -18,6 +19,7 @@ pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod sensors;
+pub mod target_id;
 pub mod text;
 pub mod traffic;
 mod why;

@@ -5,7 +5,7 @@ use standoff::{
     TrackStatus as Status, UavId, UavState,
 };
 
-use crate::record::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::world::Truth;
 
 /// Makes a frame one that holds the truth of an instant and nothing else yet.
@@ -44,10 +44,10 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
         speed_m_s: state.speed_m_s,
         turn_rate_rad_s: state.turn_rate_rad_s,
         boresight_rad: boresight.map(Angle::rad),
-        speed_command_m_s: step.command.command.speed_m_s,
-        turn_rate_command_rad_s: step.command.command.turn_rate_rad_s,
-        speed_limited: step.command.speed_limited,
-        turn_rate_limited: step.command.turn_rate_limited,
+        speed_command_m_s: step.command.speed_m_s,
+        turn_rate_command_rad_s: step.command.turn_rate_rad_s,
+        speed_limited: step.diagnostics.speed_limited,
+        turn_rate_limited: step.diagnostics.turn_rate_limited,
         centre_distance_m: steering.map(|steering| steering.centre_distance_m),
         phase_rad: steering.map(|steering| steering.phase.rad()),
         steered_distance_m: steering.map(|steering| steering.steered_distance_m),
@@ -62,20 +62,20 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
 pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
     DetectionRow {
         uav: uav.0,
-        target: detection.target.0,
+        target: detection.label.0,
         range_m: detection.measurement.range_m,
         bearing_rad: detection.measurement.bearing.rad(),
     }
 }
 
 /// The UAVs of an event are those of its groups where it names none.
-pub(crate) fn event(event: &Event, picture: &Picture) -> EventRow {
+fn event(event: &Event, picture: &Picture) -> EventRow {
     let is_concerned = |duty: &&Duty| Some(duty.group) == event.group || Some(duty.group) == event.to;
     let crew = || picture.crew.iter().filter(is_concerned).map(|duty| duty.uav.0).collect();
     let mut row = EventRow {
         kind: event.kind.name().to_owned(),
-        target: event.target.map(|target| target.0),
-        track: event.target.map(|target| target.0),
+        target: event.track.and_then(|track| picture.find(track)).map(|known| known.track.label.0),
+        track: event.track.map(|track| track.0),
         group: event.group.map(|group| group.0),
         to_group: event.to.map(|group| group.0),
         uavs: event.uav.map_or_else(crew, |uav| vec![uav.0]),
@@ -107,10 +107,11 @@ pub(crate) fn event(event: &Event, picture: &Picture) -> EventRow {
     row
 }
 
-/// Adds what an agent believes and intends.
+/// Adds what an agent believes and intends, and what happened.
 pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
+    frame.events.extend(picture.events.iter().map(|of| event(of, picture)));
     // Not by extending with what is filtered: long rows would be copied once more.
-    for known in &picture.known {
+    for known in picture.known() {
         if let Some(status) = live_status(known) {
             frame.tracks.push(track(known, status));
         }
@@ -150,8 +151,8 @@ fn live_status(known: &Known) -> Option<TrackStatus> {
 fn track(known: &Known, status: TrackStatus) -> TrackRow {
     let estimate = known.track.estimate();
     TrackRow {
-        target: known.track.target.0,
-        track: known.track.target.0,
+        target: known.track.label.0,
+        track: known.track.id.0,
         status,
         place: match known.membership {
             Membership::Unassigned => Place::Unassigned,

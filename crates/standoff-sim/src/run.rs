@@ -1,18 +1,18 @@
-//! One mission: world, sensors, radio, agents, commands, tick by tick; what happens goes out as frames.
+//! One mission: world, sensors, radio, brain, commands, tick by tick; what happens goes out as frames.
 //!
 //! ```text
-//! truth -> scans (each along the boresight its agent asked for) -> reports, heard by all -> agents -> commands -> truth
+//! truth -> scans (each along the boresight its UAV asked for) -> brain <-> radio, heard by all -> commands -> truth
 //! ```
 
 use standoff::{
-    Angle, Command, Cue, Detection, Fleet, LookAt, ParamError, Position, Response, Scan, Time, UavId, UavState,
-    Velocity,
+    Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Time, UavId, UavState, Velocity,
 };
 
+use crate::brain::{self, Brain};
 use crate::draws::Draws;
-use crate::record::Frame;
+use crate::frame::{Frame, Reported};
 use crate::rows;
-use crate::scenario::{Scenario, Settings};
+use crate::scenario::{Outage, Scenario, Settings};
 use crate::score::{Choice, Metrics, Rules, Scorer};
 use crate::sensors;
 use crate::world::{Truth, World};
@@ -33,20 +33,20 @@ use crate::world::{Truth, World};
 /// assert_eq!(last_s, scenario.settings.duration.s());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Mission<'a> {
-    scenario: &'a Scenario,
-    world: World<'a>,
+pub struct Mission {
+    settings: Settings,
+    outages: Vec<Outage>,
+    world: World,
     draws: Draws,
     uavs: Vec<Uav>,
     /// How they answer commands that are held for a period.
     response: Response,
-    /// The agents: the radio is perfect, so they keep one picture.
-    fleet: Fleet,
+    brain: Box<dyn Brain>,
+    radio: Radio,
     /// Who has been cued, by target: their ids are places in a list.
     cued: Vec<bool>,
     tick: i64,
     truth: Vec<Truth>,
-    cues: Vec<Cue>,
     frame: Frame,
 }
 
@@ -66,10 +66,13 @@ pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) 
     Ok(scorer.metrics())
 }
 
-/// A UAV in the world, where its agent wants its sensor to look, and what that says.
+/// A UAV in the world: what it does, what its brain believes and wants, and what its sensor says.
 struct Uav {
     id: UavId,
-    state: UavState,
+    /// Where it is.
+    truth: UavState,
+    /// Where its brain believes it to be: navigation is perfect.
+    belief: UavState,
     look_at: Option<LookAt>,
     is_out: bool,
     boresight: Option<Angle>,
@@ -77,17 +80,49 @@ struct Uav {
     command: Command,
 }
 
-impl<'a> Mission<'a> {
-    /// A mission at its start; all that is out of range, also at this period, is reported at once.
-    pub fn new(scenario: &'a Scenario) -> Result<Self, Vec<ParamError>> {
-        let Settings { period, team, .. } = &scenario.settings;
-        let errors = team.uav.errors_over(*period);
+/// What was said at an instant, in room that lives on.
+#[derive(Default)]
+struct Radio {
+    /// Of these the first `said` count.
+    messages: Vec<(UavId, Message)>,
+    said: usize,
+}
+
+impl Radio {
+    fn say(&mut self, from: UavId, message: &Message) {
+        match self.messages.get_mut(self.said) {
+            Some((speaker, old)) => {
+                *speaker = from;
+                old.clone_from(message);
+            }
+            None => self.messages.push((from, message.clone())),
+        }
+        self.said += 1;
+    }
+
+    fn heard(&self) -> &[(UavId, Message)] {
+        &self.messages[..self.said]
+    }
+}
+
+impl Mission {
+    /// A mission at its start, flown by the product; all that is out of range, also at this period, is reported at once.
+    pub fn new(scenario: &Scenario) -> Result<Self, Vec<ParamError>> {
+        let Settings { minds, team, .. } = &scenario.settings;
+        Self::with_brain(scenario, brain::of_team(*minds, *team, scenario.uavs.len())?)
+    }
+
+    /// The same, flown by a brain of your own.
+    pub fn with_brain(scenario: &Scenario, brain: Box<dyn Brain>) -> Result<Self, Vec<ParamError>> {
+        let settings = scenario.settings.clone();
+        let errors = settings.team.uav.errors_over(settings.period);
         if !errors.is_empty() {
             return Err(errors);
         }
         let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav {
             id: UavId(id),
-            state: *state,
+            truth: *state,
+            belief: *state,
             look_at: None,
             is_out: false,
             boresight: None,
@@ -95,18 +130,24 @@ impl<'a> Mission<'a> {
             command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
         });
         Ok(Self {
-            scenario,
+            outages: scenario.outages.clone(),
             world: World::new(scenario),
             draws: Draws::new(scenario.seed),
             uavs: uavs.collect(),
-            response: team.uav.response(*period),
-            fleet: Fleet::new(*team)?,
+            response: settings.team.uav.response(settings.period),
+            brain,
+            radio: Radio::default(),
             cued: Vec::new(),
             tick: 0,
             truth: Vec::new(),
-            cues: Vec::new(),
             frame: Frame::default(),
+            settings,
         })
+    }
+
+    /// What its brain tells of what it believes and intends.
+    pub fn reported(&self) -> Reported {
+        self.brain.reported()
     }
 
     /// Number of frames of the whole mission.
@@ -119,7 +160,7 @@ impl<'a> Mission<'a> {
         if self.tick > self.last_tick() {
             return None;
         }
-        let now = Time::from_us(self.tick * self.scenario.settings.period.us());
+        let now = Time::from_us(self.tick * self.settings.period.us());
         self.world.look(now, &mut self.truth);
         self.scan(now);
         self.say(now);
@@ -131,22 +172,22 @@ impl<'a> Mission<'a> {
 
     /// The first instant is tick 0; then one per whole period.
     fn last_tick(&self) -> i64 {
-        let Settings { duration, period, .. } = self.scenario.settings;
+        let Settings { duration, period, .. } = self.settings;
         duration.us() / period.us().max(1)
     }
 
-    /// Every sensor looks where its agent asked it to.
+    /// Every sensor looks where its UAV asked it to, by where it believes itself to be.
     fn scan(&mut self, now: Time) {
-        let Settings { period, noise, team, .. } = &self.scenario.settings;
+        let Settings { period, noise, team, .. } = &self.settings;
         // By twos, whose boresights are worked out side by side; a last one alone beside itself.
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
-                let mut own = self.scenario.outages.iter().filter(|outage| outage.uav == uav.id);
+                let mut own = self.outages.iter().filter(|outage| outage.uav == uav.id);
                 uav.is_out = own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
             }
             let nowhere = LookAt { position: Position::ORIGIN, velocity: Velocity::ZERO };
             let looks =
-                [&pair[0], &pair[pair.len() - 1]].map(|uav| (uav.look_at.unwrap_or(nowhere), uav.state.position));
+                [&pair[0], &pair[pair.len() - 1]].map(|uav| (uav.look_at.unwrap_or(nowhere), uav.belief.position));
             for (uav, boresight) in pair.iter_mut().zip(LookAt::boresight_each(looks, *period)) {
                 uav.boresight = (uav.look_at.is_some() && !uav.is_out).then_some(boresight);
             }
@@ -154,48 +195,57 @@ impl<'a> Mission<'a> {
         for uav in &mut self.uavs {
             uav.detections.clear();
             if let Some(boresight) = uav.boresight {
-                let (from, sensor) = ((uav.id, uav.state.position), &team.track.sensor);
+                let (from, sensor) = ((uav.id, uav.truth.position), &team.track.sensor);
                 let draws = (self.draws, self.tick as u64);
                 sensors::scan(from, boresight, &self.truth, sensor, *noise, draws, &mut uav.detections);
             }
         }
     }
 
-    /// Everybody hears everything of this instant: the scans, and cues of targets that have just appeared.
+    /// Every UAV observes, and hears what the others say and the cues of targets that have just appeared: all of it.
     fn say(&mut self, now: Time) {
-        self.cues.clear();
+        let Self { uavs, brain, radio, cued, .. } = self;
+        radio.said = 0;
+        for uav in &*uavs {
+            let scan = Scan { boresight: uav.boresight, detections: &uav.detections };
+            brain.observe(now, uav.id, &uav.belief, (!uav.is_out).then_some(scan));
+            if !uav.is_out {
+                brain.outbox(uav.id).iter().for_each(|message| radio.say(uav.id, message));
+            }
+        }
+        for (speaker, message) in radio.heard() {
+            uavs.iter().filter(|uav| uav.id != *speaker).for_each(|uav| brain.hear(uav.id, message));
+        }
         for target in &self.truth {
             let place = target.target.0 as usize;
-            if place >= self.cued.len() {
-                self.cued.resize(place + 1, false);
+            if place >= cued.len() {
+                cued.resize(place + 1, false);
             }
-            if !std::mem::replace(&mut self.cued[place], true) {
-                self.cues.push(sensors::cue(target, now, self.scenario.settings.cue, self.draws));
+            if !std::mem::replace(&mut cued[place], true) {
+                let cue = Message::Cue(sensors::cue(target, now, self.settings.cue, self.draws));
+                uavs.iter().for_each(|uav| brain.hear(uav.id, &cue));
             }
         }
-        let speaking = self.uavs.iter().filter(|uav| !uav.is_out);
-        let said =
-            speaking.map(|uav| (uav.id, &uav.state, Scan { boresight: uav.boresight, detections: &uav.detections }));
-        self.fleet.hear(now, said, &self.cues);
     }
 
-    /// Every agent decides, and its UAV flies its command until the next instant.
+    /// Every UAV decides, and flies its command until the next instant.
     fn decide(&mut self, now: Time) {
-        let Self { frame, fleet, uavs, .. } = self;
+        let Self { frame, brain, uavs, settings, .. } = self;
         rows::begin(now, &self.truth, frame);
-        for uav in &mut *uavs {
-            let step = fleet.decide(uav.id, &uav.state);
-            frame.uavs.push(rows::uav(uav.id, &uav.state, uav.boresight, &step));
+        for uav in uavs {
+            let mut step = brain.decide(uav.id);
+            // Whoever's brain it is, no UAV flies what it cannot.
+            let limited = settings.team.uav.limit(step.command);
+            step.command = limited.command;
+            step.diagnostics.speed_limited |= limited.speed_limited;
+            step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
+            frame.uavs.push(rows::uav(uav.id, &uav.truth, uav.boresight, &step));
             frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
-            uav.look_at = step.look_at;
-            uav.command = step.command.command;
+            (uav.look_at, uav.command) = (step.look_at, step.command);
+            uav.truth = self.response.step(&uav.truth, uav.command);
+            uav.belief = uav.truth;
         }
-        for uav in &mut self.uavs {
-            uav.state = self.response.step(&uav.state, uav.command);
-        }
-        let picture = fleet.picture();
-        frame.events.extend(fleet.events().iter().map(|event| rows::event(event, picture)));
-        rows::picture(picture, frame);
+        brain.report(frame);
     }
 }
 

@@ -28,7 +28,7 @@ pub fn scan(
             measurement.range_m += noise.range_sd_m * range;
             measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
             if measurement.range_m > 0.0 {
-                detections.push(Detection { target: truth.target, measurement });
+                detections.push(Detection { label: truth.target.label(), measurement });
             }
         }
     }
@@ -41,7 +41,7 @@ pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
     let [vx, vy] = draw.normals().map(|normal| normal * error.velocity_sd_m_s);
     let (position, velocity) = (target.state.position(), target.state.velocity());
     Cue {
-        target: target.target,
+        label: target.target.label(),
         time: now,
         position: Position::from_m(position.x_m() + x, position.y_m() + y),
         velocity: Velocity::from_m_s(velocity.x_m_s() + vx, velocity.y_m_s() + vy),

@@ -1,10 +1,13 @@
 //! The truth: where every target really is. Only sensors, cues and the record's truth table see it.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector6};
-use standoff::{Position, TargetId, TargetState, Time, Transition, Velocity};
+use standoff::{Position, TargetState, Time, Transition, Velocity};
 
 use crate::draws::{Draws, Stream};
 use crate::scenario::{Manoeuvre, Scenario, Targets};
+use crate::target_id::TargetId;
 use crate::traffic::{Traffic, Vehicle};
 
 /// A target as it is.
@@ -19,35 +22,36 @@ pub struct Truth {
 }
 
 /// All targets, over time.
-pub struct World<'a> {
-    kind: Kind<'a>,
+pub struct World {
+    kind: Kind,
     draws: Draws,
     tick: u64,
 }
 
-enum Kind<'a> {
-    Random(Box<Random<'a>>),
-    Traffic(&'a Traffic),
+enum Kind {
+    Random(Box<Random>),
+    Traffic(Arc<Traffic>),
 }
 
-struct Random<'a> {
+struct Random {
     states: Vec<TargetState>,
     transition: Transition,
     /// Three standard normals times this are a draw of an axis' noise.
     noise_factor: Matrix3<f64>,
-    manoeuvres: &'a [Manoeuvre],
+    manoeuvres: Vec<Manoeuvre>,
 }
 
-impl<'a> World<'a> {
+impl World {
     /// The world of a scenario at its start.
-    pub fn new(scenario: &'a Scenario) -> Self {
+    pub fn new(scenario: &Scenario) -> Self {
         let kind = match &scenario.targets {
             Targets::Random { model, start, manoeuvres } => {
                 let transition = model.transition(scenario.settings.period);
                 let noise_factor = transition.noise_factor();
-                Kind::Random(Box::new(Random { states: start.clone(), transition, noise_factor, manoeuvres }))
+                let (states, manoeuvres) = (start.clone(), manoeuvres.clone());
+                Kind::Random(Box::new(Random { states, transition, noise_factor, manoeuvres }))
             }
-            Targets::Traffic(traffic) => Kind::Traffic(traffic),
+            Targets::Traffic(traffic) => Kind::Traffic(Arc::clone(traffic)),
         };
         Self { kind, draws: Draws::new(scenario.seed), tick: 0 }
     }

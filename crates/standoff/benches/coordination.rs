@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::coordination::assignment::{Hand, Objective, Site, assign};
+use standoff::coordination::assignment::{Hand, Site, assign};
 use standoff::coordination::clustering::Clusters;
 use standoff::*;
 
@@ -26,10 +26,10 @@ fn assignment(c: &mut Criterion) {
         let sites: Vec<Site<'_>> =
             (0..).map(GroupId).zip(&members).map(|(group, members)| Site { group, members }).collect();
         let name = format!("assign: {uavs} UAVs, {groups} groups, {targets} targets");
-        c.bench_function(&name, |b| b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::LogDet)));
+        c.bench_function(&name, |b| b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::LogDet, 0.5)));
         if uavs <= 8 {
             c.bench_function(&format!("{name}, as printed"), |b| {
-                b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::Printed));
+                b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::Printed, 0.5));
             });
         }
     }

@@ -6,93 +6,19 @@
 //!
 //! Everything up to the orbit is the team's [`Picture`], which every agent computes alike; the rest is this UAV's own.
 
-use crate::angle::Angle;
-use crate::coordination::event::Event;
-use crate::coordination::group::GroupId;
-use crate::frame::{Displacement, Position, Velocity};
-use crate::guidance::heading::Steering;
-use crate::message::{Detection, Message, Report};
-use crate::mind::Mind;
+use crate::message::{Message, Report, Scan};
+use crate::mind::{GAP_MAX, Mind};
 use crate::param::ParamError;
 use crate::picture::Picture;
+use crate::step::{Observation, Step};
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
-use crate::uav::{LimitedCommand, UavId, UavState};
-
-/// What this UAV's own sensor said.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Scan<'a> {
-    /// Where the sensor pointed; `None`: it did not look.
-    pub boresight: Option<Angle>,
-    /// What it saw.
-    pub detections: &'a [Detection],
-}
-
-/// Where the sensor is to point until the next step: a point that moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LookAt {
-    /// The point now.
-    pub position: Position,
-    /// How it moves.
-    pub velocity: Velocity,
-}
-
-impl LookAt {
-    /// Direction from `uav` to the point, `later` from now.
-    pub fn boresight(&self, uav: Position, later: Duration) -> Angle {
-        let [boresight] = Self::boresight_each([(*self, uav)], later);
-        boresight
-    }
-
-    /// [Boresights](Self::boresight) of several UAVs: the same as one by one, in less time.
-    #[inline]
-    pub fn boresight_each<const N: usize>(looks: [(Self, Position); N], later: Duration) -> [Angle; N] {
-        Displacement::direction_each(looks.map(|(look, uav)| look.position + look.velocity * later.s() - uav))
-    }
-}
-
-/// What a step results in.
-#[derive(Debug, Clone, Copy)]
-pub struct Step<'a> {
-    /// What to ask of the autopilot, inside the limits.
-    pub command: LimitedCommand,
-    /// Altitude to fly at above the plane, m: that of the group's orbit; `None`: it serves no group.
-    pub altitude_m: Option<f64>,
-    /// Where to point the sensor; `None`: nothing is known to look at.
-    pub look_at: Option<LookAt>,
-    /// What to say to the teammates.
-    pub outbox: &'a [Message],
-    /// What changed in the picture.
-    pub events: &'a [Event],
-    /// How good the answer is.
-    pub diagnostics: Diagnostics,
-}
-
-/// How good a step's answer is, and how it came about.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Diagnostics {
-    /// The group this UAV serves; `None`: it holds a circle where it is.
-    pub group: Option<GroupId>,
-    /// How it steered onto the group's orbit.
-    pub steering: Option<Steering>,
-    /// Some orbit about the group satisfies every constraint; `true` without a group.
-    pub orbit_is_feasible: bool,
-    /// How far it lags behind its place on the orbit, rad.
-    pub spacing_error_rad: f64,
-    /// Distance to the nearest other UAV of its group, m.
-    pub separation_m: Option<f64>,
-    /// Targets that are known, not lost, and in no group.
-    pub unassigned_targets: u32,
-    /// Messages refused since the start.
-    pub refused_messages: u32,
-    /// Steps since the start whose time was refused: before the last one's, or more than [`Agent::GAP_MAX`] after it. If
-    /// this goes on growing though your clock is right, [`Agent::reset`].
-    pub refused_instants: u32,
-    /// The UAV's own state was not finite: it holds its course.
-    pub own_state_invalid: bool,
-}
+use crate::uav::{UavId, UavState};
 
 /// One UAV's brain.
+///
+/// Each instant has two halves. [`Self::observe`] takes the own state and scan in; then [`Self::outbox`] is what to say,
+/// and [`Self::hear`] takes in what teammates say. When no more is waited for, [`Self::decide`] gives the command.
 ///
 /// ```
 /// # use standoff::*;
@@ -106,15 +32,18 @@ pub struct Diagnostics {
 /// };
 /// // A search aircraft hands a target over; the agent turns onto an orbit about it.
 /// let cue = Message::Cue(Cue {
-///     target: TargetId(0),
+///     label: TargetLabel(0),
 ///     time: Time::START,
 ///     position: Position::from_m(0.0, 0.0),
 ///     velocity: Velocity::from_m_s(5.0, 0.0),
 ///     position_sd_m: 20.0,
 ///     velocity_sd_m_s: 2.0,
 /// });
-/// let step = agent.step(Time::START, &own, Scan::default(), &[cue]);
-/// assert!(step.command.command.turn_rate_rad_s.abs() <= 0.3);
+/// let observation = agent.observe(Time::START, &own, Some(Scan::default()));
+/// assert_eq!(agent.outbox(&observation).len(), 1);
+/// agent.hear(&observation, &cue);
+/// let step = agent.decide(&observation);
+/// assert!(step.command.turn_rate_rad_s.abs() <= 0.3);
 /// assert_eq!(step.diagnostics.group, Some(GroupId(0)));
 /// # Ok(())
 /// # }
@@ -123,23 +52,21 @@ pub struct Diagnostics {
 pub struct Agent {
     id: UavId,
     epoch: u32,
-    sequence: u32,
+    /// The own report of the instant at which it was last made.
     outbox: Vec<Message>,
-    /// The outbox is of this instant.
-    said: bool,
     mind: Mind,
 }
 
 impl Agent {
     /// An instant that comes later than this after the one before is taken for a clock that has jumped. Believed, one
-    /// wrong time would be waited for until it comes, and everything known would be lost on the way there. This is three
-    /// times as long as a teammate may be silent, and the longest period that the simulator flies.
-    pub const GAP_MAX: Duration = Duration::from_us(10_000_000);
+    /// wrong time would be waited for until it comes, and everything known would be lost on the way there. This is the
+    /// longest period that the simulator flies.
+    pub const GAP_MAX: Duration = GAP_MAX;
 
     /// An agent of a team; all that is out of range is reported at once, and so are parameters that contradict one
     /// another: the orbits' field of view must be the sensor's ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
-        Ok(Self { id, epoch: 0, sequence: 0, outbox: Vec::new(), said: false, mind: Mind::new(params)? })
+        Ok(Self { id, epoch: 0, outbox: Vec::new(), mind: Mind::new(params)? })
     }
 
     /// The same agent after a restart: should it speak again at the instant at which it went down, all teammates believe
@@ -154,7 +81,7 @@ impl Agent {
     /// again.
     pub fn reset(&mut self) {
         self.mind.reset();
-        self.said = false;
+        self.outbox.clear();
     }
 
     /// This agent's UAV.
@@ -162,74 +89,66 @@ impl Agent {
         self.id
     }
 
-    /// What the team knows and intends, as of the last step.
+    /// What the team knows and intends, as of the last decision.
     pub fn picture(&self) -> &Picture {
         self.mind.picture()
     }
 
-    /// What this UAV has to say of a scan; [`Step::outbox`] says it too. For a harness in which all speak before any
-    /// decides.
-    pub fn report(&self, now: Time, own: &UavState, scan: Scan) -> Report {
-        Report {
-            uav: self.id,
-            epoch: self.epoch,
-            sequence: self.sequence.wrapping_add(u32::from(self.mind.may_follow(now))),
-            time: now,
-            state: *own,
-            boresight: scan.boresight,
-            detections: scan.detections.to_vec(),
+    /// First half of an instant: takes in where the UAV is and what its sensor measured, both of `now`. Without a scan
+    /// the UAV neither looks nor speaks.
+    ///
+    /// An instant is observed once: whatever comes with the same time again changes nothing. Time that runs backward, or
+    /// jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or said, the command is from
+    /// what was known, and the next instant may be right again. [`Self::reset`] makes the agent follow a time that stays
+    /// elsewhere.
+    pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
+        let observation = self.mind.observe(now, self.id, own, scan.map(|scan| (self.epoch, scan)));
+        if let Some(scan) = scan.filter(|_| own.is_finite() && self.mind.is_of_now(&observation))
+            && !matches!(self.outbox.last(), Some(Message::Report(report)) if report.time == now)
+        {
+            self.compose(&observation, scan);
+        }
+        observation
+    }
+
+    /// What to say to the teammates: the own report. Nothing of an instant that was refused or is over, without a scan, or
+    /// while the own state is not finite.
+    pub fn outbox(&self, observation: &Observation) -> &[Message] {
+        match self.outbox.last() {
+            Some(Message::Report(report)) if report.time == observation.time && self.mind.is_of_now(observation) => {
+                &self.outbox
+            }
+            _ => &[],
         }
     }
 
-    /// Decides: the command to fly from `now` on.
-    ///
-    /// `own` and `scan` are of this instant, and so are the reports in `inbox` (others are refused and counted); the
-    /// order of `inbox` does not matter. Called again at the same instant with messages that came in since, the step
-    /// answers as if all had come at once.
-    ///
-    /// Time that runs backward, or jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or
-    /// said, the command is from what was known, and the next step may be right again. [`Self::reset`] makes the agent
-    /// follow a time that stays elsewhere.
+    /// Takes a message in. It counts if it is of the observed instant, and is refused and counted if not; order and
+    /// repetition do not matter. The own report is known already.
+    pub fn hear(&mut self, observation: &Observation, message: &Message) {
+        let is_own = matches!(message, Message::Report(report) if report.uav == self.id);
+        if !is_own {
+            self.mind.hear(observation, message);
+        }
+    }
+
+    /// Second half: the command to fly from the observed instant on, with all that was heard by now. Asked again after
+    /// more was heard, it answers as if all had come at once.
     ///
     /// Total: whatever comes in, the command is inside the limits.
-    pub fn step(&mut self, now: Time, own: &UavState, scan: Scan, inbox: &[Message]) -> Step<'_> {
-        if self.mind.turn_to(now) {
-            self.sequence = self.sequence.wrapping_add(1);
-            self.said = false;
-        }
-        if now != self.mind.picture().time {
-            return self.mind.decide(self.id, own, &[]);
-        }
-        if own.is_finite() {
-            self.say(now, own, scan);
-        }
-        for message in inbox {
-            match message {
-                Message::Report(report) if report.uav == self.id => {}
-                _ => self.mind.inbox.hear(message),
-            }
-        }
-        self.mind.follow();
-        let outbox = if self.said { &self.outbox } else { &[] as &[Message] };
-        self.mind.decide(self.id, own, outbox)
+    pub fn decide(&mut self, observation: &Observation) -> Step {
+        self.mind.decide(observation)
     }
 
-    /// Puts the own report into the outbox and into the own inbox. The first report of an instant counts.
-    fn say(&mut self, now: Time, own: &UavState, scan: Scan) {
-        if !self.said {
-            match self.outbox.first_mut() {
-                Some(Message::Report(report)) => {
-                    (report.sequence, report.time, report.state) = (self.sequence, now, *own);
-                    report.boresight = scan.boresight;
-                    report.detections.clear();
-                    report.detections.extend_from_slice(scan.detections);
-                }
-                _ => self.outbox.push(Message::Report(self.report(now, own, scan))),
-            }
-            self.said = true;
-        }
-        for message in &self.outbox {
-            self.mind.inbox.hear(message);
-        }
+    /// Writes the own report, in the place of one of an earlier instant.
+    fn compose(&mut self, observation: &Observation, scan: Scan) {
+        let Observation { uav, time, own: state } = *observation;
+        let (epoch, sequence, boresight) = (self.epoch, self.mind.sequence(), scan.boresight);
+        let mut detections = match self.outbox.pop() {
+            Some(Message::Report(old)) => old.detections,
+            _ => Vec::new(),
+        };
+        detections.clear();
+        detections.extend_from_slice(scan.detections);
+        self.outbox.push(Message::Report(Report { uav, epoch, sequence, time, state, boresight, detections }));
     }
 }

@@ -4,9 +4,10 @@ pub mod assignment;
 pub mod clustering;
 pub mod event;
 pub mod group;
+pub mod group_id;
 pub mod handoff;
-pub mod membership;
-mod need;
-mod roster;
-
-pub(crate) use roster::Roster;
+pub mod memberships;
+mod required_orbit;
+pub(crate) mod settling;
+mod spread;
+pub mod teammate;

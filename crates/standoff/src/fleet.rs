@@ -1,12 +1,10 @@
 //! A team whose radio is perfect, in one process: every agent would keep the same picture, so one is kept.
 
-use crate::agent::{Scan, Step};
-use crate::coordination::event::Event;
-use crate::inbox::Said;
-use crate::message::Cue;
+use crate::message::{Message, Scan};
 use crate::mind::Mind;
 use crate::param::ParamError;
 use crate::picture::Picture;
+use crate::step::{Observation, Step};
 use crate::team::TeamParams;
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
@@ -24,12 +22,11 @@ use crate::uav::{UavId, UavState};
 ///     speed_m_s: 40.0,
 ///     turn_rate_rad_s: 0.0,
 /// };
-/// let states = [state(400.0), state(-400.0)];
-/// let said = (0..).map(UavId).zip(&states).map(|(id, state)| (id, state, Scan::default()));
-/// fleet.hear(Time::START, said, &[]);
-/// for (id, state) in (0..).zip(&states) {
-///     let step = fleet.decide(UavId(id), state);
-///     assert_eq!(step.command.command.speed_m_s, 40.0);
+/// let states = [(UavId(0), state(400.0)), (UavId(1), state(-400.0))];
+/// let observed = states.map(|(uav, own)| fleet.observe(Time::START, uav, &own, Some(Scan::default())));
+/// for observation in &observed {
+///     let step = fleet.decide(observation);
+///     assert_eq!(step.command.speed_m_s, 40.0);
 /// }
 /// # Ok(())
 /// # }
@@ -37,35 +34,28 @@ use crate::uav::{UavId, UavState};
 #[derive(Debug, Clone)]
 pub struct Fleet {
     mind: Mind,
-    sequence: u32,
 }
 
 impl Fleet {
     /// A team; all that is out of range is reported at once.
     pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
-        Ok(Self { mind: Mind::new(params)?, sequence: 0 })
+        Ok(Self { mind: Mind::new(params)? })
     }
 
-    /// Takes in everything that is said at an instant: the state and scan of each UAV that speaks, and the cues. Instants
-    /// come in order; one that has passed, or is further ahead than [`Agent::GAP_MAX`](crate::Agent::GAP_MAX), is not heard,
-    /// and counted.
-    pub fn hear<'a>(&mut self, now: Time, uavs: impl Iterator<Item = (UavId, &'a UavState, Scan<'a>)>, cues: &[Cue]) {
-        if !self.mind.turn_to(now) {
-            return;
-        }
-        self.sequence = self.sequence.wrapping_add(1);
-        for (uav, state, scan) in uavs {
-            // Who does not know where it is has nothing to say.
-            if state.is_finite() {
-                let (stamp, state) = ((0, self.sequence), *state);
-                let Scan { boresight, detections } = scan;
-                self.mind.inbox.hear_said(&Said { uav, stamp, time: now, state, boresight, detections });
-            }
-        }
-        for cue in cues {
-            self.mind.inbox.hear_cue(cue);
-        }
-        self.mind.follow();
+    /// First half of an instant: where a UAV is and what its sensor measured, heard by all; as
+    /// [`Agent::observe`](crate::Agent::observe).
+    pub fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) -> Observation {
+        self.mind.observe(now, uav, own, scan.map(|scan| (0, scan)))
+    }
+
+    /// Takes in a message from outside the fleet, heard by all; as [`Agent::hear`](crate::Agent::hear).
+    pub fn hear(&mut self, observation: &Observation, message: &Message) {
+        self.mind.hear(observation, message);
+    }
+
+    /// Second half, once all were observed: the command of a UAV; as [`Agent::decide`](crate::Agent::decide).
+    pub fn decide(&mut self, observation: &Observation) -> Step {
+        self.mind.decide(observation)
     }
 
     /// Forgets all that is known and was heard, as [`Agent::reset`](crate::Agent::reset).
@@ -73,18 +63,8 @@ impl Fleet {
         self.mind.reset();
     }
 
-    /// What a UAV in that state is to do; its outbox is empty, for all have heard.
-    pub fn decide(&self, uav: UavId, own: &UavState) -> Step<'_> {
-        self.mind.decide(uav, own, &[])
-    }
-
     /// What the team knows and intends.
     pub fn picture(&self) -> &Picture {
         self.mind.picture()
-    }
-
-    /// What changed at this instant.
-    pub fn events(&self) -> &[Event] {
-        self.mind.events()
     }
 }

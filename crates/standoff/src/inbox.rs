@@ -6,53 +6,38 @@
 
 use core::cmp::Ordering;
 
-use crate::angle::Angle;
-use crate::message::{Cue, Detection, Message, Report};
+use crate::message::{Cue, Detection, Message, Report, Scan};
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
 /// More UAVs than this at a time are not listened to: a team is a few.
 const TEAM_MAX: usize = 256;
 
-/// A UAV not heard for longer than this counts as lost.
-const TEAMMATE_TIMEOUT: Duration = Duration::from_us(3_000_000);
-
 /// What an agent has heard.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Inbox {
     now: Time,
-    /// Every UAV's latest, by ascending UAV.
+    /// A UAV not heard for longer than this counts as lost.
+    timeout: Duration,
+    /// The latest of every UAV that does not count as lost, by ascending UAV.
     latest: Vec<Report>,
-    /// By ascending target, no target twice.
+    /// By ascending label, no label twice.
     cues: Vec<Cue>,
     refused: u32,
 }
 
-/// A report as it is said, wherever it is kept.
-pub(crate) struct Said<'a> {
-    pub(crate) uav: UavId,
-    /// Epoch and sequence.
-    pub(crate) stamp: (u32, u32),
-    pub(crate) time: Time,
-    pub(crate) state: UavState,
-    pub(crate) boresight: Option<Angle>,
-    pub(crate) detections: &'a [Detection],
-}
-
-/// A teammate, carried on to now.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Teammate {
-    pub(crate) uav: UavId,
-    pub(crate) state: UavState,
-    /// Where its sensor points, if it was heard at this very instant.
-    pub(crate) boresight: Option<Angle>,
-}
-
 impl Inbox {
-    /// Turns to a new instant: what was heard before counts no more.
+    /// Nothing heard yet.
+    pub(crate) fn new(timeout: Duration) -> Self {
+        Self { now: Time::START, timeout, latest: Vec::new(), cues: Vec::new(), refused: 0 }
+    }
+
+    /// Turns to a new instant: what was heard before counts no more, and who counts as lost is forgotten.
     pub(crate) fn open(&mut self, now: Time) {
         self.cues.clear();
         self.now = now;
+        let timeout = self.timeout;
+        self.latest.retain(|report| now - report.time <= timeout);
     }
 
     /// Forgets what was heard; what was refused stays counted.
@@ -75,52 +60,47 @@ impl Inbox {
 
     pub(crate) fn hear_report(&mut self, report: &Report) {
         let Report { uav, epoch, sequence, time, state, boresight, ref detections } = *report;
-        self.hear_said(&Said { uav, stamp: (epoch, sequence), time, state, boresight, detections });
+        self.hear_scan(uav, (epoch, sequence), time, &state, Scan { boresight, detections });
     }
 
-    pub(crate) fn hear_said(&mut self, said: &Said) {
-        let sound = said.state.is_finite() && said.boresight.is_none_or(|angle| angle.rad().is_finite());
-        if said.time != self.now || !sound {
-            self.refuse();
-            return;
+    /// A report in parts, wherever they are kept; `stamp` is its epoch and sequence.
+    pub(crate) fn hear_scan(&mut self, uav: UavId, stamp: (u32, u32), time: Time, state: &UavState, scan: Scan) {
+        let sound = state.is_finite() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
+        if time != self.now || !sound {
+            return self.refuse();
         }
-        match self.latest.binary_search_by_key(&said.uav, |report| report.uav) {
+        let index = match self.latest.binary_search_by_key(&uav, |report| report.uav) {
             Ok(index) => {
-                let latest = &mut self.latest[index];
-                if latest.time == self.now {
+                let latest = &self.latest[index];
+                if latest.time == time {
                     // Another scan of the same instant is not to be had: the one said first counts.
-                    match said.stamp.cmp(&(latest.epoch, latest.sequence)) {
-                        Ordering::Less => said.copy_to(latest),
+                    match stamp.cmp(&(latest.epoch, latest.sequence)) {
                         // The same again changes nothing.
                         Ordering::Equal => return,
-                        Ordering::Greater => {}
+                        Ordering::Greater => return self.refuse(),
+                        Ordering::Less => self.refuse(),
                     }
-                    return self.refuse();
                 }
-                said.copy_to(latest);
+                index
             }
-            Err(_) if self.is_full() => self.refuse(),
-            Err(_) => {
-                let index = self.latest.partition_point(|report| report.uav < said.uav);
-                self.latest.insert(index, said.report());
+            Err(_) if self.latest.len() >= TEAM_MAX => return self.refuse(),
+            Err(index) => {
+                let (state, boresight, detections) = (*state, None, Vec::new());
+                self.latest.insert(index, Report { uav, epoch: 0, sequence: 0, time, state, boresight, detections });
+                index
             }
-        }
-    }
-
-    /// There is no room for another UAV, not even after those that count as lost have made some.
-    fn is_full(&mut self) -> bool {
-        if self.latest.len() >= TEAM_MAX {
-            let now = self.now;
-            self.latest.retain(|report| is_of_late(report, now));
-        }
-        self.latest.len() >= TEAM_MAX
+        };
+        let latest = &mut self.latest[index];
+        (latest.epoch, latest.sequence) = stamp;
+        (latest.time, latest.state, latest.boresight) = (time, *state, scan.boresight);
+        keep_sound(scan.detections, &mut latest.detections);
     }
 
     pub(crate) fn hear_cue(&mut self, cue: &Cue) {
         if !cue.is_sound() || cue.time > self.now {
             return self.refuse();
         }
-        match self.cues.binary_search_by_key(&cue.target, |cue| cue.target) {
+        match self.cues.binary_search_by_key(&cue.label, |cue| cue.label) {
             Ok(index) if counts_before(cue, &self.cues[index]) => self.cues[index] = *cue,
             Ok(_) => {}
             Err(index) => self.cues.insert(index, *cue),
@@ -131,31 +111,39 @@ impl Inbox {
         self.refused = self.refused.saturating_add(1);
     }
 
+    /// The latest reports of all who do not count as lost, by ascending UAV.
+    pub(crate) fn latest(&self) -> &[Report] {
+        &self.latest
+    }
+
     /// The reports of this instant, by ascending UAV.
     pub(crate) fn reports(&self) -> impl Iterator<Item = &Report> + Clone {
         self.latest.iter().filter(|report| report.time == self.now)
     }
 
-    /// The cues of this instant, by ascending target.
+    /// Where a UAV has said it is, if it has at this instant.
+    pub(crate) fn state_of(&self, uav: UavId) -> Option<&UavState> {
+        let index = self.latest.binary_search_by_key(&uav, |report| report.uav).ok()?;
+        Some(&self.latest[index]).filter(|report| report.time == self.now).map(|report| &report.state)
+    }
+
+    /// The cues of this instant, by ascending label.
     pub(crate) fn cues(&self) -> &[Cue] {
         &self.cues
     }
-
-    /// The team: everybody heard of late, by ascending UAV, and where they would be now.
-    pub(crate) fn teammates(&self, now: Time) -> impl Iterator<Item = Teammate> {
-        self.latest.iter().filter(move |report| is_of_late(report, now)).map(move |report| {
-            let Report { uav, time, mut state, boresight, .. } = *report;
-            if time < now {
-                state.position = state.position + state.velocity() * (now - time).s();
-            }
-            Teammate { uav, state, boresight: boresight.filter(|_| time == now) }
-        })
-    }
 }
 
-/// Its UAV does not count as lost.
-fn is_of_late(report: &Report, now: Time) -> bool {
-    now - report.time <= TEAMMATE_TIMEOUT
+/// Makes `kept` what is sound of a scan, by ascending label, no label twice.
+fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
+    kept.clear();
+    kept.extend_from_slice(detections);
+    if !kept.iter().all(Detection::is_sound) {
+        kept.retain(Detection::is_sound);
+    }
+    if !kept.is_sorted_by(|a, b| a.label < b.label) {
+        kept.sort_by_key(|detection| detection.label);
+        kept.dedup_by_key(|detection| detection.label);
+    }
 }
 
 /// Of two cues of one target this one counts: the newest, of those the surest; then any order that all share.
@@ -169,37 +157,12 @@ fn counts_before(cue: &Cue, other: &Cue) -> bool {
     other.time.cmp(&cue.time).then(by_numbers.unwrap_or(Ordering::Equal)).is_lt()
 }
 
-impl Said<'_> {
-    /// As one to be kept.
-    fn report(&self) -> Report {
-        let Said { uav, stamp: (epoch, sequence), time, state, boresight, .. } = *self;
-        let mut report = Report { uav, epoch, sequence, time, state, boresight, detections: Vec::new() };
-        self.copy_to(&mut report);
-        report
-    }
-
-    /// Copies it into an old report's place: sound detections only, by ascending target, no target twice.
-    fn copy_to(&self, to: &mut Report) {
-        (to.uav, (to.epoch, to.sequence)) = (self.uav, self.stamp);
-        (to.time, to.state, to.boresight) = (self.time, self.state, self.boresight);
-        to.detections.clear();
-        to.detections.extend_from_slice(self.detections);
-        if !to.detections.iter().all(Detection::is_sound) {
-            to.detections.retain(Detection::is_sound);
-        }
-        if !to.detections.is_sorted_by(|a, b| a.target < b.target) {
-            to.detections.sort_by_key(|detection| detection.target);
-            to.detections.dedup_by_key(|detection| detection.target);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frame::Position;
+    use crate::message::TargetLabel;
     use crate::sensor::RangeBearing;
-    use crate::target::TargetId;
     use crate::{Angle, Velocity};
 
     fn report(uav: u32, epoch: u32, sequence: u32, us: i64) -> Report {
@@ -215,7 +178,7 @@ mod tests {
 
     #[test]
     fn reports_are_kept_in_the_order_of_ids_whatever_order_they_come_in() {
-        let mut inbox = Inbox::default();
+        let mut inbox = Inbox::new(Duration::from_us(3_000_000));
         inbox.open(Time::from_us(5));
         for uav in [3, 1, 2] {
             inbox.hear_report(&report(uav, 0, 9, 5));
@@ -225,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_duplicate_changes_nothing_and_a_replay_is_refused() {
-        let mut inbox = Inbox::default();
+        let mut inbox = Inbox::new(Duration::from_us(3_000_000));
         inbox.open(Time::from_us(5));
         inbox.hear_report(&report(1, 0, 9, 5));
         inbox.hear_report(&report(1, 0, 9, 5));
@@ -242,7 +205,8 @@ mod tests {
     #[test]
     fn no_report_silences_its_uav() {
         for wrong in [report(1, u32::MAX, u32::MAX, 5), report(1, 0, 0, 5)] {
-            let (mut inbox, mut reversed) = (Inbox::default(), Inbox::default());
+            let (mut inbox, mut reversed) =
+                (Inbox::new(Duration::from_us(3_000_000)), Inbox::new(Duration::from_us(3_000_000)));
             inbox.open(Time::from_us(5));
             inbox.hear_report(&wrong);
             inbox.hear_report(&report(1, 0, 9, 5));
@@ -261,7 +225,7 @@ mod tests {
 
     #[test]
     fn uavs_that_count_as_lost_make_room() {
-        let mut inbox = Inbox::default();
+        let mut inbox = Inbox::new(Duration::from_us(3_000_000));
         inbox.open(Time::from_us(5));
         for ghost in 0..TEAM_MAX as u32 + 1 {
             inbox.hear_report(&report(1000 + ghost, 0, 1, 5));
@@ -276,7 +240,7 @@ mod tests {
 
     #[test]
     fn reports_of_another_instant_and_nonsense_are_refused() {
-        let mut inbox = Inbox::default();
+        let mut inbox = Inbox::new(Duration::from_us(3_000_000));
         inbox.open(Time::from_us(5));
         inbox.hear_report(&report(1, 0, 1, 4));
         inbox.hear_report(&report(1, 0, 1, 6));
@@ -289,22 +253,22 @@ mod tests {
     #[test]
     fn detections_that_no_sensor_makes_are_dropped() {
         let detection = |target, range_m| Detection {
-            target: TargetId(target),
+            label: TargetLabel(target),
             measurement: RangeBearing { range_m, bearing: Angle::ZERO },
         };
-        let mut inbox = Inbox::default();
+        let mut inbox = Inbox::new(Duration::from_us(3_000_000));
         inbox.open(Time::START);
         let mut said = report(1, 0, 1, 0);
         said.detections = vec![detection(4, 10.0), detection(2, f64::NAN), detection(1, 5.0), detection(4, 11.0)];
         inbox.hear_report(&said);
         let kept: Vec<_> =
-            inbox.reports().flat_map(|r| &r.detections).map(|d| (d.target.0, d.measurement.range_m)).collect();
+            inbox.reports().flat_map(|r| &r.detections).map(|d| (d.label.0, d.measurement.range_m)).collect();
         assert_eq!(kept, [(1, 5.0), (4, 10.0)]);
     }
 
     fn cue() -> Cue {
         Cue {
-            target: TargetId(1),
+            label: TargetLabel(1),
             time: Time::START,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,
@@ -315,11 +279,11 @@ mod tests {
 
     #[test]
     fn a_cue_counts_once_and_only_if_sound() {
-        let mut inbox = Inbox::default();
+        let mut inbox = Inbox::new(Duration::from_us(3_000_000));
         inbox.open(Time::START);
         inbox.hear(&Message::Cue(cue()));
         inbox.hear(&Message::Cue(Cue { position: Position::from_m(9.0, 9.0), ..cue() }));
-        inbox.hear(&Message::Cue(Cue { target: TargetId(2), velocity_sd_m_s: -1.0, ..cue() }));
+        inbox.hear(&Message::Cue(Cue { label: TargetLabel(2), velocity_sd_m_s: -1.0, ..cue() }));
         assert_eq!(inbox.cues(), [cue()]);
         assert_eq!(inbox.refused(), 1);
     }
@@ -340,7 +304,7 @@ mod tests {
         for (rank, better) in best_first.iter().enumerate() {
             for worse in &best_first[rank + 1..] {
                 for heard in [[better, worse], [worse, better]] {
-                    let mut inbox = Inbox::default();
+                    let mut inbox = Inbox::new(Duration::from_us(3_000_000));
                     inbox.open(Time::from_us(7));
                     heard.into_iter().for_each(|cue| inbox.hear_cue(cue));
                     assert_eq!(format!("{:?}", inbox.cues()), format!("{:?}", [better]));

@@ -6,7 +6,7 @@
 //! UAVs*, IEEE Transactions on Aerospace and Electronic Systems 51(2), 2015; `Eq. (n)` is an equation of that paper.
 //!
 //! The library is pure: no clock, file, thread, random number or printing. Time, measurements and messages come in as
-//! arguments, commands go out as values. [`Agent::step`] joins everything; every part is usable by itself.
+//! arguments, commands go out as values. [`Agent`] joins everything; every part is usable by itself.
 //!
 //! Frame: x east, y north, metres. Angles: radians, anticlockwise from east, in (-pi, pi]. SI units; the unit is the
 //! last part of a name.
@@ -26,31 +26,35 @@ mod mind;
 pub mod param;
 pub mod picture;
 pub mod sensor;
+pub mod step;
 pub mod target;
 pub mod team;
 pub mod time;
 pub mod uav;
 
-pub use agent::{Agent, Diagnostics, LookAt, Scan, Step};
+pub use agent::Agent;
 pub use angle::Angle;
-pub use coordination::assignment::{Duty, Objective};
+pub use coordination::assignment::Duty;
 pub use coordination::event::{DissolutionReason, Event, EventKind};
-pub use coordination::group::{CentreEstimate, Group, GroupId, GroupParams, Margin, OnMembershipChange};
+pub use coordination::group::Group;
+pub use coordination::group_id::GroupId;
 pub use coordination::handoff::Handoff;
-pub use coordination::membership::{Known, Membership};
+pub use coordination::memberships::{Known, Membership, Memberships};
+pub use coordination::teammate::Teammate;
 pub use covariance::Covariance;
 pub use estimation::information_filter::{Contribution, Estimate, InformationFilter};
-pub use estimation::track::{LossReason, Track, TrackParams, TrackStatus};
+pub use estimation::track::{LossReason, Track, TrackId, TrackParams, TrackStatus};
 pub use fleet::Fleet;
 pub use frame::{Displacement, Position, Velocity};
 pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedReference, Steering};
 pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
 pub use guidance::vector_field::{Sense, VectorField};
-pub use message::{Cue, Detection, Message, Report};
+pub use message::{Cue, Detection, Message, Report, Scan, TargetLabel};
 pub use param::{Allowed, ParamError};
 pub use picture::Picture;
 pub use sensor::{RangeBearing, SensorParams};
-pub use target::{TargetId, TargetParams, TargetState, Transition};
-pub use team::TeamParams;
+pub use step::{Diagnostics, LookAt, Observation, Step};
+pub use target::{TargetParams, TargetState, Transition};
+pub use team::{CentreEstimate, GroupParams, Margin, Objective, OnMembershipChange, TeamParams};
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

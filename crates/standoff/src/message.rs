@@ -6,12 +6,25 @@
 use crate::angle::Angle;
 use crate::frame::{Position, Velocity};
 use crate::sensor::RangeBearing;
-use crate::target::TargetId;
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
+/// What a sensor, or who hands a target over, calls that target; the same for all (the paper's assumption: data association
+/// is solved). The team's own name for it is its [`TrackId`](crate::TrackId).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TargetLabel(pub u32);
+
+/// What a UAV's own sensor measured at one instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Scan<'a> {
+    /// Where the sensor pointed; `None`: it did not look.
+    pub boresight: Option<Angle>,
+    /// What it saw.
+    pub detections: &'a [Detection],
+}
+
 /// Anything that can be said.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub enum Message {
     /// What a UAV measured.
     Report(Report),
@@ -23,14 +36,14 @@ pub enum Message {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
     /// Which target.
-    pub target: TargetId,
+    pub label: TargetLabel,
     /// Where it was seen from the UAV.
     pub measurement: RangeBearing,
 }
 
 /// One scan of a UAV's sensor, and the UAV's state at that instant. Of several of one UAV and instant the one said first
 /// counts: that of the lowest epoch, and in it the lowest sequence.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Report {
     /// Who speaks.
     pub uav: UavId,
@@ -44,7 +57,7 @@ pub struct Report {
     pub state: UavState,
     /// Where its sensor pointed.
     pub boresight: Option<Angle>,
-    /// What it saw, by ascending target, no target twice.
+    /// What it saw, by ascending label, no label twice.
     pub detections: Vec<Detection>,
 }
 
@@ -53,7 +66,7 @@ pub struct Report {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cue {
     /// Which target.
-    pub target: TargetId,
+    pub label: TargetLabel,
     /// When it was there.
     pub time: Time,
     /// Where it was.
@@ -64,6 +77,36 @@ pub struct Cue {
     pub position_sd_m: f64,
     /// Standard deviation of the velocity per axis, m/s; above 0.
     pub velocity_sd_m_s: f64,
+}
+
+impl Clone for Message {
+    fn clone(&self) -> Self {
+        match self {
+            Self::Report(report) => Self::Report(report.clone()),
+            Self::Cue(cue) => Self::Cue(*cue),
+        }
+    }
+
+    /// A report takes the room of an older one.
+    fn clone_from(&mut self, source: &Self) {
+        match (self, source) {
+            (Self::Report(report), Self::Report(source)) => report.clone_from(source),
+            (message, source) => *message = source.clone(),
+        }
+    }
+}
+
+impl Clone for Report {
+    fn clone(&self) -> Self {
+        Self { detections: self.detections.clone(), ..*self }
+    }
+
+    /// The detections take the room of older ones.
+    fn clone_from(&mut self, source: &Self) {
+        let mut detections = core::mem::take(&mut self.detections);
+        detections.clone_from(&source.detections);
+        *self = Self { detections, ..*source };
+    }
 }
 
 impl Cue {

@@ -1,21 +1,25 @@
 //! What an agent keeps between steps, whichever UAV it is; and how a UAV decides from it.
 
-use crate::agent::{Agent, Diagnostics, LookAt, Step};
-use crate::coordination::event::Event;
 use crate::coordination::group::Group;
-use crate::coordination::membership::OnDuty;
+use crate::coordination::group_id::GroupId;
 use crate::frame::{Position, Velocity};
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::inbox::Inbox;
-use crate::message::Message;
+use crate::message::{Message, Scan};
 use crate::param::ParamError;
 use crate::picture::{News, Picture, Scratch};
+use crate::step::{Diagnostics, LookAt, Observation, Step};
 use crate::target::Transition;
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
-use crate::uav::{Command, UavId, UavState};
+use crate::uav::{Command, LimitedCommand, UavId, UavState};
+
+/// An instant that comes later than this after the one before is taken for a clock that has jumped. Believed, one wrong
+/// time would be waited for until it comes, and everything known would be lost on the way there. This is the longest
+/// period that the simulator flies.
+pub(crate) const GAP_MAX: Duration = Duration::from_us(10_000_000);
 
 /// The picture and what it is made from.
 #[derive(Debug, Clone)]
@@ -24,11 +28,15 @@ pub(crate) struct Mind {
     /// The picture of the instant before this one.
     previous: Picture,
     picture: Picture,
-    pub(crate) inbox: Inbox,
+    inbox: Inbox,
     /// The target model over the time since the previous picture.
     transition: Transition,
     scratch: Scratch,
     started: bool,
+    /// Something was heard that the picture does not know yet.
+    is_stale: bool,
+    /// Counts the instants.
+    sequence: u32,
     refused_instants: u32,
 }
 
@@ -42,10 +50,12 @@ impl Mind {
             params,
             previous: Picture::default(),
             picture: Picture::default(),
-            inbox: Inbox::default(),
+            inbox: Inbox::new(Duration::from_s(params.teammate_timeout_s)),
             transition: Transition::none(),
             scratch: Scratch::default(),
             started: false,
+            is_stale: false,
+            sequence: 0,
             refused_instants: 0,
         })
     }
@@ -54,27 +64,28 @@ impl Mind {
         &self.picture
     }
 
-    /// What changed in the picture of this instant.
-    pub(crate) fn events(&self) -> &[Event] {
-        &self.scratch.events
+    /// Counts the instants up to this one.
+    pub(crate) fn sequence(&self) -> u32 {
+        self.sequence
     }
 
-    /// `now` may follow the picture's instant: it is later, and by no more than [`Agent::GAP_MAX`].
-    pub(crate) fn may_follow(&self, now: Time) -> bool {
+    /// Turns to `now` if that is a new instant, and takes a UAV's own scan in, which its report will say with this epoch.
+    /// The first observation of an instant that a UAV speaks of counts. An instant that is neither new nor the picture's
+    /// own is counted, and nothing can be heard of it.
+    pub(crate) fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<(u32, Scan)>) -> Observation {
         let gap = now - self.picture.time;
-        !self.started || gap > Duration::ZERO && gap <= Agent::GAP_MAX
-    }
-
-    /// Turns to `now` if that is a new instant, and says so; an instant that is neither that nor the picture's own is
-    /// counted.
-    pub(crate) fn turn_to(&mut self, now: Time) -> bool {
-        let is_new = self.may_follow(now);
-        if is_new {
+        if !self.started || gap > Duration::ZERO && gap <= GAP_MAX {
             self.open(now);
         } else if now != self.picture.time {
             self.refused_instants = self.refused_instants.saturating_add(1);
+            return Observation { uav, time: now, own: *own };
         }
-        is_new
+        // Who does not know where it is has nothing to say.
+        if let Some((epoch, scan)) = scan.filter(|_| own.is_finite() && self.inbox.state_of(uav).is_none()) {
+            self.inbox.hear_scan(uav, (epoch, self.sequence), now, own, scan);
+            self.is_stale = true;
+        }
+        Observation { uav, time: now, own: *self.inbox.state_of(uav).unwrap_or(own) }
     }
 
     /// Forgets all that is known and was heard; what was refused stays counted.
@@ -82,13 +93,14 @@ impl Mind {
         (self.previous, self.picture) = (Picture::default(), Picture::default());
         (self.transition, self.scratch) = (Transition::none(), Scratch::default());
         self.inbox.reset();
-        self.started = false;
+        (self.started, self.is_stale) = (false, false);
     }
 
     fn open(&mut self, now: Time) {
         core::mem::swap(&mut self.previous, &mut self.picture);
         let dt = if self.started { now - self.previous.time } else { Duration::ZERO };
-        self.started = true;
+        (self.started, self.is_stale) = (true, true);
+        self.sequence = self.sequence.wrapping_add(1);
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
@@ -96,37 +108,56 @@ impl Mind {
         self.inbox.open(now);
     }
 
-    /// Makes the picture of this instant from all that was heard by now.
-    pub(crate) fn follow(&mut self) {
-        let news = News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition };
-        self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
+    /// `observation` is of this instant.
+    pub(crate) fn is_of_now(&self, observation: &Observation) -> bool {
+        self.started && observation.time == self.picture.time
     }
 
-    /// What UAV `id` is to do.
-    pub(crate) fn decide<'a>(&'a self, id: UavId, own: &UavState, outbox: &'a [Message]) -> Step<'a> {
+    /// Takes a message in; nothing of an instant that is over or was refused.
+    pub(crate) fn hear(&mut self, observation: &Observation, message: &Message) {
+        if self.is_of_now(observation) {
+            self.inbox.hear(message);
+            self.is_stale = true;
+        }
+    }
+
+    /// Makes the picture of this instant from all that was heard by now.
+    fn follow(&mut self) {
+        let news = News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition };
+        self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
+        self.is_stale = false;
+    }
+
+    /// What the UAV that was observed is to do.
+    pub(crate) fn decide(&mut self, observation: &Observation) -> Step {
+        if self.is_stale {
+            self.follow();
+        }
+        let Observation { uav: id, ref own, .. } = *observation;
         let own_state_invalid = !own.is_finite();
         let group = self.picture.group_of(id).filter(|_| !own_state_invalid);
         let (wanted, spacing_error_rad, steering) = match group {
             _ if own_state_invalid => {
                 (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
             }
-            Some(group) => self.fly_orbit(id, own, group),
+            Some(group) => self.fly_orbit(observation, group),
             None => (self.wait(id, own), 0.0, None),
         };
+        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(wanted);
         Step {
-            command: self.params.uav.limit(wanted),
+            command,
             altitude_m: group.map(|group| group.altitude_m),
             look_at: self.look_at(id, own, group),
-            outbox,
-            events: &self.scratch.events,
             diagnostics: Diagnostics {
                 group: group.map(|group| group.id),
                 steering,
-                orbit_is_feasible: group.is_none_or(Group::is_feasible),
+                speed_limited,
+                turn_rate_limited,
+                orbit_is_infeasible: group.is_some_and(|group| !group.is_feasible()),
                 spacing_error_rad,
                 separation_m: group.and_then(|group| {
-                    let mates = self.teammates(id, group);
-                    let others = mates.map(|(mate, _)| mate.state.position.distance_m(own.position));
+                    let mates = self.mates(id, group.id);
+                    let others = mates.map(|(at, _, _)| at.distance_m(own.position));
                     others.reduce(f64::min)
                 }),
                 unassigned_targets: self.picture.unassigned,
@@ -137,22 +168,24 @@ impl Mind {
         }
     }
 
-    /// The other UAVs of a group, and where they are on its orbit.
-    fn teammates<'a>(&'a self, id: UavId, group: &'a Group) -> impl Iterator<Item = (&'a OnDuty, &'a OnOrbit)> {
-        let crew = self.scratch.on_duty.iter().zip(&self.scratch.on_orbit);
-        crew.filter(move |(mate, _)| mate.group == Some(group.id) && mate.uav != id)
+    /// The other UAVs of a group: where they are, who they are, and where on its orbit.
+    fn mates(&self, id: UavId, group: GroupId) -> impl Iterator<Item = (Position, UavId, &OnOrbit)> {
+        let crew = self.picture.on_orbit_of(group).filter(move |(mate, _)| mate.uav != id);
+        crew.map(|(mate, on_orbit)| (mate.state.position, mate.uav, on_orbit))
     }
 
-    /// Where a UAV is on its group's orbit, if it is where it said.
-    fn on_orbit_as_said(&self, id: UavId, position: Position) -> Option<&OnOrbit> {
-        let mut crew = self.scratch.on_duty.iter().zip(&self.scratch.on_orbit);
-        crew.find(|(mate, _)| mate.uav == id && mate.state.position == position).map(|(_, on_orbit)| on_orbit)
+    /// Where an observed UAV is on its group's orbit, if it was heard of this very instant: then that is known.
+    fn on_orbit_as_heard(&self, observation: &Observation, group: GroupId) -> Option<&OnOrbit> {
+        let mut crew = self.picture.on_orbit_of(group);
+        let own = crew.find(|(mate, _)| mate.uav == observation.uav && mate.is_heard && self.is_of_now(observation));
+        own.map(|(_, on_orbit)| on_orbit)
     }
 
-    fn fly_orbit(&self, id: UavId, own: &UavState, group: &Group) -> (Command, f64, Option<Steering>) {
+    fn fly_orbit(&self, observation: &Observation, group: &Group) -> (Command, f64, Option<Steering>) {
+        let Observation { uav: id, ref own, .. } = *observation;
         let guidance = &self.params.guidance;
         let anew;
-        let on_orbit = match self.on_orbit_as_said(id, own.position) {
+        let on_orbit = match self.on_orbit_as_heard(observation, group.id) {
             Some(known) => known,
             None => {
                 anew = OnOrbit::of(guidance, own.position, &group.orbit(&self.params));
@@ -161,8 +194,8 @@ impl Mind {
         };
         let orbit = &on_orbit.orbit;
         let is_away = |mate: &OnOrbit| is_in_transit(mate.centre_distance_m(), orbit.distance_m);
-        let others = self.teammates(id, group).filter(|(_, mate)| !is_away(mate));
-        let others = others.map(|(mate, on_orbit)| (mate.uav, on_orbit.phase));
+        let others = self.mates(id, group.id).filter(|(.., mate)| !is_away(mate));
+        let others = others.map(|(_, mate, on_orbit)| (mate, on_orbit.phase));
         let error_rad = match is_away(on_orbit) {
             true => 0.0,
             false => spacing_error_rad((id, on_orbit.phase), others, guidance.separation_rad, guidance.sense),
@@ -206,9 +239,9 @@ impl Mind {
     /// The nearest track, a lost one where it was lost if there are no others; `None` for a UAV that the team does not
     /// hear: it knows nothing.
     fn nearest_known(&self, id: UavId, own: &UavState) -> Option<LookAt> {
-        self.scratch.on_duty.binary_search_by_key(&id, |duty| duty.uav).ok()?;
+        self.picture.teammate(id)?;
         let nearest = |lost: bool| {
-            let tracks = self.picture.known.iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
+            let tracks = self.picture.known().iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
             let places = tracks.map(|track| {
                 let state = track.estimate().state;
                 let velocity = if lost { Velocity::ZERO } else { state.velocity() };

@@ -3,19 +3,23 @@
 //! A picture is a function of the picture before it and of what was said in between; whose agent computes it makes no
 //! difference, not in a single bit.
 
-use crate::coordination::Roster;
+use crate::angle::Angle;
 use crate::coordination::assignment::{Duty, Hand, Site, assign};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
-use crate::coordination::group::{Group, GroupId};
-use crate::coordination::membership::{Buffers, Known, OnDuty, Settling};
+use crate::coordination::group::Group;
+use crate::coordination::group_id::GroupId;
+use crate::coordination::memberships::{Known, Memberships};
+use crate::coordination::settling::{Agenda, Room, Settling};
+use crate::coordination::teammate::Teammate;
 use crate::estimation::information_filter::Contribution;
-use crate::estimation::track::{Look, Track, TrackStatus};
+use crate::estimation::track::{Track, TrackId, TrackStatus};
 use crate::frame::Position;
 use crate::guidance::heading::OnOrbit;
 use crate::inbox::Inbox;
-use crate::sensor::SensorParams;
-use crate::target::{TargetId, Transition};
-use crate::team::TeamParams;
+use crate::message::TargetLabel;
+use crate::sensor::{RangeBearing, SensorParams};
+use crate::target::Transition;
+use crate::team::{GroupParams, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
@@ -24,21 +28,21 @@ use crate::uav::UavId;
 pub struct Picture {
     /// The instant.
     pub time: Time,
-    /// Every known target, by ascending id.
-    pub known: Vec<Known>,
     /// The groups, by ascending id.
     pub groups: Vec<Group>,
     /// Who serves which group, by ascending UAV: every UAV heard of late, while there is anything to watch.
     pub crew: Vec<Duty>,
     /// Number of targets that are known, not lost, and in no group.
     pub unassigned: u32,
-    /// Every UAV heard of late, ascending.
-    team: Vec<UavId>,
+    /// What changed at this instant.
+    pub events: Vec<Event>,
+    /// Every UAV heard of late, ascending, and the group it serves.
+    pub team: Vec<Teammate>,
+    memberships: Memberships,
+    /// Where each of the team is on its group's orbit; nobody is on one while there are no groups.
+    on_orbit: Vec<OnOrbit>,
     had_team: bool,
-    /// The id of the next group that is founded.
-    next_group: u32,
-    /// When it is next asked whether UAVs could watch more elsewhere.
-    next_review: Time,
+    agenda: Agenda,
 }
 
 /// What came in between two pictures.
@@ -51,50 +55,39 @@ pub(crate) struct News<'a> {
     pub(crate) transition: &'a Transition,
 }
 
-/// Buffers that live on, so that a step allocates nothing.
+/// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Scratch {
-    /// Everything measured at this instant of targets with a track, by UAV then target.
-    sightings: Vec<Sighting>,
-    /// What that says, by the places of the known targets.
-    told: Vec<Told>,
-    /// Everything measured of targets without a track, by UAV then target.
-    strangers: Vec<(TargetId, Look)>,
-    /// All looks at one target.
-    looks: Vec<Look>,
-    /// The team now, and whom each serves.
-    pub(crate) on_duty: Vec<OnDuty>,
-    /// Where each of them is on its group's orbit; nobody is on one while there are no groups.
-    pub(crate) on_orbit: Vec<OnOrbit>,
-    /// Who belonged where at the last instant, as places of now.
-    roster_before: Roster,
-    buffers: Buffers,
-    /// What changed in the last picture.
-    pub(crate) events: Vec<Event>,
+    /// What was measured of each known target, by place.
+    measured: Vec<Measured>,
+    /// What was measured of targets without a live track: label, position of the UAV, measurement; by label, then UAV.
+    trackless: Vec<(TargetLabel, Position, RangeBearing)>,
+    /// The memberships as they were before they were settled.
+    before: Memberships,
+    settling: Room,
 }
 
-/// A look at the known target in a place.
-#[derive(Debug, Clone, Copy)]
-struct Sighting {
-    place: usize,
-    look: Look,
-}
-
-/// What all looks at a target say, and how many they are.
+/// The sum of what the UAVs measured of a target, and how many did.
 #[derive(Debug, Clone, Copy, Default)]
-struct Told {
+struct Measured {
     contribution: Contribution,
-    looks: usize,
+    uavs: u32,
 }
 
 impl Picture {
-    /// What is known of a target.
-    pub fn find(&self, target: TargetId) -> Option<&Known> {
-        self.place(target).ok().map(|index| &self.known[index])
+    /// Every known target, by ascending track.
+    pub fn known(&self) -> &[Known] {
+        self.memberships.known()
     }
 
-    fn place(&self, target: TargetId) -> Result<usize, usize> {
-        self.known.binary_search_by_key(&target, |known| known.track.target)
+    /// What is known of a track.
+    pub fn find(&self, track: TrackId) -> Option<&Known> {
+        self.memberships.place(track).ok().map(|place| &self.known()[place])
+    }
+
+    /// What is known of a target that sensors call by a label.
+    pub fn find_label(&self, label: TargetLabel) -> Option<&Known> {
+        self.find(TrackId::of(label))
     }
 
     /// The group that a UAV serves.
@@ -108,101 +101,114 @@ impl Picture {
         self.groups.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.groups[index])
     }
 
-    /// Becomes the picture that follows `previous`, given the news; what changed goes into `scratch.events`.
-    pub(crate) fn follow(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
-        scratch.events.clear();
-        self.time = news.now;
-        self.known.clear();
-        self.known.extend_from_slice(&previous.known);
-        (self.next_group, self.next_review) = (previous.next_group, previous.next_review);
-        // Step by step for all tracks: no target waits for another's numbers.
-        self.known.iter_mut().for_each(|known| known.track.predict(news.transition));
-        self.take_cues(news, params, &mut scratch.events);
-        self.gather_sightings(news.inbox, scratch);
-        self.linearise(&params.track.sensor, scratch);
-        self.conclude_tracks(previous, news, params, scratch);
-        self.start_strangers(params, scratch);
+    /// Of the team, a UAV.
+    pub fn teammate(&self, uav: UavId) -> Option<&Teammate> {
+        self.team.binary_search_by_key(&uav, |mate| mate.uav).ok().map(|index| &self.team[index])
+    }
 
-        gather_team(previous, news, &mut scratch.on_duty);
-        scratch.buffers.roster.fill(&self.known);
-        scratch.roster_before.copy(&scratch.buffers.roster);
+    /// The UAVs of a group, and where they are on its orbit.
+    pub(crate) fn on_orbit_of(&self, group: GroupId) -> impl Iterator<Item = (&Teammate, &OnOrbit)> + Clone {
+        self.team.iter().zip(&self.on_orbit).filter(move |(mate, _)| mate.group == Some(group))
+    }
+
+    /// Becomes the picture that follows `previous`, given the news.
+    pub(crate) fn follow(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
+        self.events.clear();
+        self.time = news.now;
+        self.memberships.copy(&previous.memberships);
+        self.agenda = previous.agenda;
+        // Step by step for all tracks: no target waits for another's numbers.
+        self.memberships.tracks_mut().for_each(|track| track.predict(news.transition));
+        self.memberships.forget_lost(Duration::from_s(params.track.forget_lost_s));
+        self.take_cues(news, params);
+        self.measure(news.inbox, &params.track.sensor, scratch);
+        self.update_tracks(previous, news, params, scratch);
+        self.start_tracks(params, scratch);
+
+        self.gather_team(previous, news);
+        scratch.before.copy(&self.memberships);
         Settling {
             now: news.now,
-            known: &mut self.known,
+            memberships: &mut self.memberships,
+            agenda: &mut self.agenda,
             previous: &previous.groups,
-            on_duty: &scratch.on_duty,
+            team: &self.team,
             params,
-            next_group: &mut self.next_group,
-            next_review: &mut self.next_review,
-            events: &mut scratch.events,
-            buffers: &mut scratch.buffers,
+            events: &mut self.events,
+            room: &mut scratch.settling,
         }
         .settle();
-        self.unassigned = self.known.iter().filter(|known| known.is_outside()).count() as u32;
-        self.form_groups(previous, news, params, scratch);
-        self.assign_crew(previous, params, scratch);
-        self.tell_of_uavs(previous, scratch);
-        self.judge_groups(previous, params, scratch);
+        self.unassigned = self.known().iter().filter(|known| known.is_unassigned()).count() as u32;
+        self.form_groups(previous, news, params, &scratch.before);
+        self.assign_crew(previous, params);
+        self.tell_of_uavs(previous);
+        self.judge_groups(previous, params);
     }
 
-    fn take_cues(&mut self, news: &News, params: &TeamParams, events: &mut Vec<Event>) {
+    fn take_cues(&mut self, news: &News, params: &TeamParams) {
         for cue in news.inbox.cues() {
-            let place = self.place(cue.target);
-            let wanted = place.is_err() || place.is_ok_and(|index| self.known[index].track.is_lost());
-            let Some(track) = Track::from_cue(cue, &params.track, news.now).filter(|_| wanted) else { continue };
-            match place {
-                Ok(index) => self.known[index] = Known::unassigned(track),
-                Err(index) => self.known.insert(index, Known::unassigned(track)),
-            }
-            events.push(Event::of_target(EventKind::Cued, cue.target, None));
+            let is_wanted = self.find_label(cue.label).is_none_or(|known| known.track.is_lost());
+            let Some(track) = Track::from_cue(cue, &params.track, news.now).filter(|_| is_wanted) else { continue };
+            self.memberships.start(track);
+            self.events.push(Event::of_track(EventKind::Cued, track.id, None));
         }
     }
 
-    /// Everything measured at this instant, by the place of its target.
-    fn gather_sightings(&self, inbox: &Inbox, scratch: &mut Scratch) {
-        let Scratch { sightings, strangers, .. } = scratch;
-        sightings.clear();
-        strangers.clear();
-        for report in inbox.reports() {
-            let mut next = 0;
-            for detection in &report.detections {
-                let look = Look { uav: report.state.position, measurement: detection.measurement };
-                // Most UAVs see one target after the other.
-                let is_next = self.known.get(next).is_some_and(|known| known.track.target == detection.target);
-                match if is_next { Ok(next) } else { self.place(detection.target) } {
-                    Ok(place) => {
-                        sightings.push(Sighting { place, look });
-                        next = place + 1;
-                    }
-                    Err(_) => strangers.push((detection.target, look)),
-                }
-            }
-        }
-    }
-
-    /// What the sightings say, linearised about the predictions, summed for each target in the order of the UAVs.
+    /// What the measurements of this instant say of each known target, linearised about its predicted position and summed
+    /// in the order of the UAVs; and what was measured of others.
     ///
     /// Implements the sums of Eq. (10), (11).
-    fn linearise(&self, sensor: &SensorParams, scratch: &mut Scratch) {
-        let Scratch { sightings, told, .. } = scratch;
-        told.clear();
-        told.resize(self.known.len(), Told::default());
-        // By fours, which are worked on side by side; where there are fewer, the last one stands in.
-        for four in sightings.chunks(4) {
-            let measurements: [_; 4] = core::array::from_fn(|i| {
-                let Sighting { place, look } = &four[i.min(four.len() - 1)];
-                (look.uav, &look.measurement, self.known[*place].track.estimate().state.position())
-            });
-            for (sighting, contribution) in four.iter().zip(Contribution::of_measurements(sensor, measurements)) {
-                let told = &mut told[sighting.place];
-                told.contribution += contribution;
-                told.looks += 1;
+    fn measure(&self, inbox: &Inbox, sensor: &SensorParams, scratch: &mut Scratch) {
+        let Scratch { measured, trackless, .. } = scratch;
+        measured.clear();
+        measured.resize(self.known().len(), Measured::default());
+        trackless.clear();
+        // By fours, which the processor works on side by side (SIMD).
+        const NONE: RangeBearing = RangeBearing { range_m: 0.0, bearing: Angle::ZERO };
+        let mut four = [(0, (Position::ORIGIN, &NONE, Position::ORIGIN)); 4];
+        let mut n = 0;
+        let mut sum = |four: &mut [(usize, (Position, &RangeBearing, Position)); 4], n: usize| {
+            // Where there are fewer, the last one stands in.
+            if let Some(last) = n.checked_sub(1) {
+                let last = four[last];
+                four[n..].fill(last);
+            }
+            let contributions = Contribution::of_measurements(sensor, four.map(|(_, measurement)| measurement));
+            for ((place, _), contribution) in four[..n].iter().zip(contributions) {
+                measured[*place].contribution += contribution;
+                measured[*place].uavs += 1;
+            }
+        };
+        for report in inbox.reports() {
+            let (from, mut next) = (report.state.position, 0);
+            for detection in &report.detections {
+                let id = TrackId::of(detection.label);
+                // Most UAVs see one target after the other.
+                let is_next = self.known().get(next).is_some_and(|known| known.track.id == id);
+                let place = if is_next { Ok(next) } else { self.memberships.place(id) };
+                match place.map(|place| (place, &self.known()[place])) {
+                    Ok((place, known)) if !known.track.is_lost() => {
+                        four[n] = (place, (from, &detection.measurement, known.position()));
+                        n += 1;
+                        if n == four.len() {
+                            sum(&mut four, n);
+                            n = 0;
+                        }
+                    }
+                    _ => trackless.push((detection.label, from, detection.measurement)),
+                }
+                next = place.map_or(next, |place| place + 1);
             }
         }
+        if n > 0 {
+            sum(&mut four, n);
+        }
+        // Stable: the measurements of one target stay in the order of the UAVs.
+        trackless.sort_by_key(|(label, ..)| *label);
     }
 
     /// Updates the predicted tracks, starts lost ones again, and tells what has become of them.
-    fn conclude_tracks(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
+    fn update_tracks(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &Scratch) {
         let sensor = &params.track.sensor;
         let should_be_seen = |position: Position, clearance_m: f64| {
             news.inbox.reports().any(|report| {
@@ -211,199 +217,204 @@ impl Picture {
                 })
             })
         };
-        let Scratch { sightings, told, looks, events, .. } = scratch;
-        // Who was known is known, in the same order.
-        let mut olds = previous.known.iter().map(|old| &old.track).peekable();
-        for (place, (known, told)) in self.known.iter_mut().zip(told).enumerate() {
-            let (target, status) = (known.track.target, known.track.status);
-            let old = olds.next_if(|old| old.target == target);
-            let cued;
-            if !known.track.is_lost() {
+        // Who was known is known, unless forgotten, in the same order.
+        let mut olds = previous.known().iter().map(|old| &old.track).peekable();
+        for (place, measured) in scratch.measured.iter().enumerate() {
+            let known = &self.known()[place];
+            let (id, label, status) = (known.track.id, known.track.label, known.track.status);
+            let (group, to) = (known.group(), known.receiving_group());
+            while olds.next_if(|old| old.id < id).is_some() {}
+            let old = olds.next_if(|old| old.id == id);
+            let track = self.memberships.track_mut(place);
+            if track.is_lost() {
+                let again = Track::from_measurements(label, scratch.measured_of(label), &params.track);
+                *track = again.unwrap_or(*track);
+            } else {
+                // A track that a cue has just started is at this instant already.
+                let cued;
                 let (before, dt) = match old.filter(|old| !old.is_lost()) {
                     Some(old) => (old, news.transition.dt),
-                    // A track that a cue has just started is at this instant already.
                     None => {
-                        cued = known.track;
+                        cued = *track;
                         (&cued, Duration::ZERO)
                     }
                 };
-                let told = (told.looks > 0).then_some(&told.contribution);
-                known.track.conclude(before, told, dt, should_be_seen, &params.track);
-            } else if told.looks > 0 {
-                looks.clear();
-                looks.extend(sightings.iter().filter(|sighting| sighting.place == place).map(|sighting| sighting.look));
-                known.track = Track::from_looks(target, looks, &params.track).unwrap_or(known.track);
+                let measured = (measured.uavs > 0).then_some(&measured.contribution);
+                track.update(before, measured, dt, should_be_seen, &params.track);
             }
-            let kind = match (status, known.track.status) {
+            let kind = match (status, track.status) {
                 (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,
                 (TrackStatus::Lost(_), _) => EventKind::Reacquired,
                 (_, TrackStatus::Lost(reason)) => EventKind::Lost(reason),
                 (TrackStatus::Cued, TrackStatus::Held) => EventKind::Acquired,
                 _ => continue,
             };
-            let event = Event::of_target(kind, target, known.group());
-            events.push(Event { to: known.receiving_group(), ..event });
+            self.events.push(Event { to, ..Event::of_track(kind, id, group) });
         }
     }
 
-    /// Detections of targets that nobody handed over start tracks of their own.
-    fn start_strangers(&mut self, params: &TeamParams, scratch: &mut Scratch) {
-        let Scratch { strangers, looks, events, .. } = scratch;
-        // Stable: the looks at one target stay in the order of the UAVs.
-        strangers.sort_by_key(|(target, _)| *target);
-        for own in strangers.chunk_by(|a, b| a.0 == b.0) {
-            let target = own[0].0;
-            looks.clear();
-            looks.extend(own.iter().map(|(_, look)| *look));
-            let (Some(track), Err(place)) = (Track::from_looks(target, looks, &params.track), self.place(target))
-            else {
-                continue;
-            };
-            self.known.insert(place, Known::unassigned(track));
-            events.push(Event::of_target(EventKind::Acquired, target, None));
+    /// Measurements of targets that nobody handed over start tracks of their own.
+    fn start_tracks(&mut self, params: &TeamParams, scratch: &Scratch) {
+        for of_one in scratch.trackless.chunk_by(|a, b| a.0 == b.0) {
+            let label = of_one[0].0;
+            if self.find_label(label).is_none()
+                && let Some(track) = Track::from_measurements(label, scratch.measured_of(label), &params.track)
+            {
+                self.memberships.start(track);
+                self.events.push(Event::of_track(EventKind::Acquired, track.id, None));
+            }
         }
     }
 
-    fn form_groups(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &Scratch) {
+    /// The team: every UAV heard of late, and the group it served until now.
+    fn gather_team(&mut self, previous: &Picture, news: &News) {
+        self.team.clear();
+        self.team.extend(news.inbox.latest().iter().map(|report| {
+            let (mut state, is_heard) = (report.state, report.time == news.now);
+            if !is_heard {
+                state.position = state.position + state.velocity() * (news.now - report.time).s();
+            }
+            let boresight = report.boresight.filter(|_| is_heard);
+            Teammate { uav: report.uav, state, is_heard, boresight, group: previous.duty_of(report.uav) }
+        }));
+    }
+
+    /// The id of the group that a UAV serves.
+    fn duty_of(&self, uav: UavId) -> Option<GroupId> {
+        self.crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| self.crew[index].group)
+    }
+
+    fn form_groups(&mut self, previous: &Picture, news: &News, params: &TeamParams, before: &Memberships) {
         self.groups.clear();
-        let (now, before) = (&scratch.buffers.roster, &scratch.roster_before);
-        for id in now.groups() {
+        for &id in self.memberships.groups() {
+            let known = self.memberships.known();
             let Some(old) = previous.group(id) else {
-                let Some(group) = Group::found(id, &self.known, now.of(id), params) else { continue };
-                let altitude_m = self.free_altitude_m(params);
-                self.groups.push(Group { altitude_m, ..group });
+                let altitude_m = free_altitude_m(&self.groups, params);
+                let group = Group::found(id, known, self.memberships.of(id), params);
+                self.groups.extend(group.map(|group| Group { altitude_m, ..group }));
                 continue;
             };
             // In place, for a group is long.
             self.groups.extend_from_slice(core::slice::from_ref(old));
-            let carried = self
-                .groups
-                .last_mut()
-                .and_then(|group| group.carry_on(&self.known, before.of(id), now.of(id), news.transition, params));
+            let carried = self.groups.last_mut().and_then(|group| {
+                group.carry_on(known, before.of(id), self.memberships.of(id), news.transition, params)
+            });
             if carried.is_none() {
                 self.groups.pop();
             }
         }
     }
 
-    /// The lowest altitude that no group has. Ids ascend, so groups that go on are there before new ones.
-    fn free_altitude_m(&self, params: &TeamParams) -> f64 {
-        let altitude_m = |step: usize| params.group.altitude_lowest_m + step as f64 * params.group.altitude_step_m;
-        let is_free = |step: &usize| {
-            self.groups.iter().all(|group| group.altitude_m < altitude_m(*step) || group.altitude_m > altitude_m(*step))
-        };
-        altitude_m((0..).find(is_free).unwrap_or_default())
-    }
-
     /// Carries the crew on; assigns it anew where groups or UAVs have come or gone.
-    fn assign_crew(&mut self, previous: &Picture, params: &TeamParams, scratch: &mut Scratch) {
+    fn assign_crew(&mut self, previous: &Picture, params: &TeamParams) {
         self.crew.clear();
         if self.groups.is_empty() {
             return;
         }
-        let is_new = |group: &Group| previous.group(group.id).is_none();
-        let has_ended = |group: &Group| self.group(group.id).is_none();
-        let is_silent = |duty: &Duty| scratch.on_duty.binary_search_by_key(&duty.uav, |on_duty| on_duty.uav).is_err();
-        let reason = if previous.crew.iter().any(is_silent) {
-            AssignmentReason::UavLost
-        } else if previous.groups.iter().any(has_ended) {
-            AssignmentReason::GroupDissolved
-        } else if self.groups.iter().any(is_new) {
-            AssignmentReason::GroupFounded
-        } else if scratch.on_duty.iter().any(|on_duty| on_duty.group.is_none()) {
-            AssignmentReason::UavJoined
-        } else if self.groups.iter().any(Group::has_changed) {
-            AssignmentReason::GroupChanged
-        } else {
+        let Some(reason) = self.reason_to_assign(previous) else {
             self.crew.extend_from_slice(&previous.crew);
             return;
         };
-        let hand =
-            |on_duty: &OnDuty| Hand { uav: on_duty.uav, position: on_duty.state.position, serves: on_duty.group };
-        let uavs: Vec<Hand> = scratch.on_duty.iter().map(hand).collect();
-        let positions = |id: GroupId| {
-            scratch.buffers.roster.of(id).map(|index| self.known[index].track.estimate().state.position())
-        };
+        let hand = |mate: &Teammate| Hand { uav: mate.uav, position: mate.state.position, serves: mate.group };
+        let uavs: Vec<Hand> = self.team.iter().map(hand).collect();
+        let positions = |id: GroupId| self.memberships.of(id).map(|place| self.known()[place].position());
         let members: Vec<(GroupId, Vec<Position>)> =
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
         let sites: Vec<_> = members.iter().map(|(group, members)| Site { group: *group, members }).collect();
-        self.crew = assign(&uavs, &sites, &params.track.sensor, params.group.objective);
+        let GroupParams { objective, assignment_inertia, .. } = params.group;
+        self.crew = assign(&uavs, &sites, &params.track.sensor, objective, assignment_inertia);
         for group in &mut self.groups {
             group.members_when_assigned = group.members;
         }
-        for (duty, on_duty) in self.crew.iter().zip(&scratch.on_duty) {
-            if let Some(old) = on_duty.group.filter(|old| *old != duty.group) {
+        for (duty, mate) in self.crew.iter().zip(&self.team) {
+            if let Some(old) = mate.group.filter(|old| *old != duty.group) {
                 let event = Event::of_group(EventKind::Reassigned(reason), old);
-                scratch.events.push(Event { to: Some(duty.group), uav: Some(duty.uav), ..event });
+                self.events.push(Event { to: Some(duty.group), uav: Some(duty.uav), ..event });
             }
         }
     }
 
+    /// Why UAVs are to be assigned anew, if they are.
+    fn reason_to_assign(&self, previous: &Picture) -> Option<AssignmentReason> {
+        if previous.crew.iter().any(|duty| self.teammate(duty.uav).is_none()) {
+            Some(AssignmentReason::UavLost)
+        } else if previous.groups.iter().any(|group| self.group(group.id).is_none()) {
+            Some(AssignmentReason::GroupDissolved)
+        } else if self.groups.iter().any(|group| previous.group(group.id).is_none()) {
+            Some(AssignmentReason::GroupFounded)
+        } else if self.team.iter().any(|mate| mate.group.is_none()) {
+            Some(AssignmentReason::UavJoined)
+        } else {
+            self.groups.iter().any(Group::has_changed).then_some(AssignmentReason::GroupChanged)
+        }
+    }
+
     /// Who has left the team, and who has come to it; the first team is no news.
-    fn tell_of_uavs(&mut self, previous: &Picture, scratch: &mut Scratch) {
-        let Scratch { on_duty, events, .. } = scratch;
-        self.team.clear();
-        self.team.extend(on_duty.iter().map(|on_duty| on_duty.uav));
+    fn tell_of_uavs(&mut self, previous: &Picture) {
         self.had_team = previous.had_team || !self.team.is_empty();
-        if self.team == previous.team {
-            return;
+        let told = |kind, group, uav| Event { kind, track: None, group, to: None, uav: Some(uav) };
+        for Teammate { uav, .. } in &previous.team {
+            if self.teammate(*uav).is_none() {
+                self.events.push(told(EventKind::UavLost, previous.duty_of(*uav), *uav));
+            }
         }
-        let group_of = |crew: &[Duty], uav: UavId| {
-            crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| crew[index].group)
-        };
-        let told = |kind, group, uav| Event { kind, target: None, group, to: None, uav: Some(uav) };
-        for uav in previous.team.iter().filter(|uav| self.team.binary_search(uav).is_err()) {
-            events.push(told(EventKind::UavLost, group_of(&previous.crew, *uav), *uav));
-        }
-        for uav in self.team.iter().filter(|uav| previous.had_team && previous.team.binary_search(uav).is_err()) {
-            events.push(told(EventKind::UavJoined, group_of(&self.crew, *uav), *uav));
+        for Teammate { uav, .. } in &self.team {
+            if previous.had_team && previous.teammate(*uav).is_none() {
+                self.events.push(told(EventKind::UavJoined, self.duty_of(*uav), *uav));
+            }
         }
     }
 
     /// How the groups' UAVs follow their orbits; tells of orbits that cannot be flown and of UAVs too close.
-    fn judge_groups(&mut self, previous: &Picture, params: &TeamParams, scratch: &mut Scratch) {
-        for (on_duty, duty) in scratch.on_duty.iter_mut().zip(&self.crew) {
-            on_duty.group = Some(duty.group);
+    fn judge_groups(&mut self, previous: &Picture, params: &TeamParams) {
+        for (mate, duty) in self.team.iter_mut().zip(&self.crew) {
+            mate.group = Some(duty.group);
         }
-        self.place_on_orbits(params, scratch);
+        self.place_on_orbits(params);
         for group in &mut self.groups {
             let id = group.id;
-            let crew = scratch.on_duty.iter().zip(&scratch.on_orbit).filter(|(on_duty, _)| on_duty.group == Some(id));
-            let crew = crew.map(|(on_duty, on_orbit)| (on_duty.state.position, on_orbit));
+            let crew = self.team.iter().zip(&self.on_orbit).filter(|(mate, _)| mate.group == Some(id));
+            let crew = crew.map(|(mate, on_orbit)| (mate.state.position, on_orbit));
             group.judge(crew, self.time - previous.time, params);
             let kinds = group.alarm(&params.group);
-            scratch.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, group.id)));
+            self.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, id)));
         }
     }
 
-    /// Where each UAV of the crew is on its group's orbit.
-    fn place_on_orbits(&self, params: &TeamParams, scratch: &mut Scratch) {
-        let Scratch { on_duty, on_orbit, .. } = scratch;
+    /// Where each UAV of the team is on its group's orbit.
+    fn place_on_orbits(&mut self, params: &TeamParams) {
+        let mut on_orbit = core::mem::take(&mut self.on_orbit);
         on_orbit.clear();
-        let Some(first) = self.groups.first() else { return };
-        let place = |on_duty: &OnDuty| {
-            // While there are groups, everybody serves one.
-            let group = on_duty.group.and_then(|group| self.group(group)).unwrap_or(first);
-            (on_duty.state.position, group.orbit(params))
-        };
-        // By twos, which are worked on side by side; a last one alone beside itself.
-        for pair in on_duty.chunks(2) {
-            let both = OnOrbit::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(place));
-            on_orbit.extend(both.into_iter().take(pair.len()));
+        if let Some(first) = self.groups.first() {
+            let place = |mate: &Teammate| {
+                // While there are groups, everybody serves one.
+                let group = mate.group.and_then(|group| self.group(group)).unwrap_or(first);
+                (mate.state.position, group.orbit(params))
+            };
+            // By twos, which the processor works on side by side (SIMD); a last one alone beside itself.
+            for pair in self.team.chunks(2) {
+                let both = OnOrbit::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(place));
+                on_orbit.extend(both.into_iter().take(pair.len()));
+            }
         }
+        self.on_orbit = on_orbit;
     }
 }
 
-/// The team: every UAV heard of late, and the group it served until now.
-fn gather_team(previous: &Picture, news: &News, on_duty: &mut Vec<OnDuty>) {
-    on_duty.clear();
-    on_duty.extend(news.inbox.teammates(news.now).map(|mate| {
-        let duty = previous.crew.binary_search_by_key(&mate.uav, |duty| duty.uav).ok();
-        OnDuty {
-            uav: mate.uav,
-            group: duty.map(|index| previous.crew[index].group),
-            state: mate.state,
-            boresight: mate.boresight,
-        }
-    }));
+impl Scratch {
+    /// The measurements of a target without a live track, in the order of the UAVs.
+    fn measured_of(&self, label: TargetLabel) -> impl Iterator<Item = (Position, RangeBearing)> {
+        let start = self.trackless.partition_point(|(other, ..)| *other < label);
+        let of_one = self.trackless[start..].iter().take_while(move |(other, ..)| *other == label);
+        of_one.map(|(_, from, measurement)| (*from, *measurement))
+    }
+}
+
+/// The lowest altitude that no group has. Ids ascend, so groups that go on are there before new ones.
+fn free_altitude_m(groups: &[Group], params: &TeamParams) -> f64 {
+    let altitude_m = |step: usize| params.group.altitude_lowest_m + step as f64 * params.group.altitude_step_m;
+    let is_free = |step: &usize| {
+        groups.iter().all(|group| group.altitude_m < altitude_m(*step) || group.altitude_m > altitude_m(*step))
+    };
+    altitude_m((0..).find(is_free).unwrap_or_default())
 }

@@ -20,10 +20,6 @@ use crate::math;
 use crate::param::{Allowed, ParamError};
 use crate::time::Duration;
 
-/// Identifies a target; detections carry it (the paper's assumption: data association is solved).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct TargetId(pub u32);
-
 /// Position, velocity and acceleration of a target, or of a group's centre.
 ///
 /// The order inside is `[x, vx, ax, y, vy, ay]`: two blocks of three, one per axis.

@@ -1,7 +1,7 @@
 //! What all UAVs of a team agree on: limits, filters, groups, guidance law.
 
-use crate::coordination::assignment::Objective;
-use crate::coordination::group::{CentreEstimate, GroupParams, Margin, OnMembershipChange};
+mod group_params;
+
 use crate::estimation::track::TrackParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams, Lead, SpeedReference};
 use crate::guidance::standoff_distance::StandoffParams;
@@ -10,6 +10,8 @@ use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
 use crate::uav::{Integrator, UavParams};
+
+pub use group_params::{CentreEstimate, GroupParams, Margin, Objective, OnMembershipChange};
 
 /// Parameters of a team; every agent of it is built from the same.
 ///

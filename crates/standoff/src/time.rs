@@ -71,6 +71,13 @@ impl Add<Duration> for Time {
     }
 }
 
+impl Add for Duration {
+    type Output = Self;
+    fn add(self, more: Self) -> Self {
+        Self(self.0.saturating_add(more.0))
+    }
+}
+
 impl Sub for Time {
     type Output = Duration;
     fn sub(self, earlier: Self) -> Duration {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Team, said, scan_of};
+use common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -21,33 +21,86 @@ fn all_pictures_are_bit_identical() {
 
 /// Hearing the teammates late within an instant, twice, or in another order changes no bit of the answer.
 #[test]
-fn a_step_may_be_asked_again_with_what_came_in_since() {
+fn a_decision_may_be_asked_for_again_with_what_came_in_since() {
     let mut team = Team::new(3, 5);
     for tick in 0..40 {
         let (now, scans, mut inbox) = team.speak(tick);
         for (index, agent) in team.agents.iter_mut().enumerate() {
             let own = team.states[index];
             let mut other = agent.clone();
-            let once = format!("{:?}", agent.step(now, &own, scan_of(&scans[index]), &inbox).command);
-            other.step(now, &own, scan_of(&scans[index]), &[]);
-            other.step(now, &own, scan_of(&scans[index]), &inbox[1..]);
+            let once = step(agent, now, &own, scan_of(&scans[index]), &inbox).command;
+            let observation = other.observe(now, &own, Some(scan_of(&scans[index])));
+            other.decide(&observation);
+            inbox[1..].iter().for_each(|message| other.hear(&observation, message));
+            other.decide(&observation);
             inbox.reverse();
-            let again = format!("{:?}", other.step(now, &own, scan_of(&scans[index]), &inbox).command);
-            assert_eq!(once, again);
+            inbox.iter().for_each(|message| other.hear(&observation, message));
+            assert_eq!(once, other.decide(&observation).command);
             assert_eq!(agent.picture(), other.picture());
         }
         team.fly(now);
     }
 }
 
+/// What an agent says is the report of its scan; without a scan it says nothing and is no teammate, but hears.
 #[test]
-fn what_a_step_says_is_the_report_of_its_scan() {
+fn what_an_agent_says_is_the_report_of_its_scan() {
+    let mut team = Team::new(2, 3);
+    for tick in 0..9 {
+        team.tick(tick);
+    }
+    let (now, scans, inbox) = team.speak(9);
+    let own = team.states[0];
+    let agent = &mut team.agents[0];
+    let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
+    let [Message::Report(said)] = agent.outbox(&observation) else { panic!("one report") };
+    assert_eq!((said.uav, said.epoch, said.sequence, said.time, said.state), (UavId(0), 0, 10, now, own));
+    assert_eq!((said.boresight, &said.detections), (scans[0].0, &scans[0].1));
+    agent.decide(&observation);
+    let later = now + Duration::from_s(0.5);
+    let silent = agent.observe(later, &own, None);
+    assert_eq!((agent.outbox(&silent), agent.outbox(&observation)), (&[][..], &[][..]));
+    for message in inbox {
+        let Message::Report(heard) = message else { continue };
+        agent.hear(&silent, &Message::Report(Report { time: later, ..heard }));
+    }
+    agent.decide(&silent);
+    let heard: Vec<_> = agent.picture().team.iter().map(|mate| (mate.uav, mate.is_heard)).collect();
+    assert_eq!(heard, [(UavId(0), false), (UavId(1), true)]);
+}
+
+/// The first observation of an instant counts, also for the command.
+#[test]
+fn an_instant_is_observed_once() {
+    let mut team = Team::new(2, 3);
+    for tick in 0..30 {
+        let (now, scans, inbox) = team.speak(tick);
+        let own = team.states[0];
+        let mut twice = team.agents[0].clone();
+        let expected = step(&mut team.agents[0].clone(), now, &own, scan_of(&scans[0]), &inbox);
+        let first = twice.observe(now, &own, Some(scan_of(&scans[0])));
+        let moved = UavState { position: Position::from_m(9.0, 9.0), ..own };
+        let second = twice.observe(now, &moved, Some(Scan::default()));
+        assert_eq!(first, second);
+        inbox.iter().for_each(|message| twice.hear(&second, message));
+        assert_eq!(twice.decide(&second), expected);
+        team.decide(now, &scans, &inbox);
+    }
+}
+
+/// Nothing is heard with an observation of an instant that is over.
+#[test]
+fn what_is_heard_of_an_old_observation_changes_nothing() {
     let mut team = Team::new(2, 3);
     let (now, scans, inbox) = team.speak(0);
-    let report = team.agents[0].report(now, &team.states[0], scan_of(&scans[0]));
     let own = team.states[0];
-    let step = team.agents[0].step(now, &own, scan_of(&scans[0]), &inbox);
-    assert_eq!(step.outbox, [Message::Report(report)]);
+    let old = team.agents[0].observe(now, &own, Some(scan_of(&scans[0])));
+    team.decide(now, &scans, &inbox);
+    team.tick(1);
+    let before = format!("{:?}", team.agents[0].picture());
+    inbox.iter().for_each(|message| team.agents[0].hear(&old, message));
+    team.agents[0].decide(&old);
+    assert_eq!(format!("{:?}", team.agents[0].picture()), before);
 }
 
 /// The pair settles on an orbit at right angles and all targets are held.
@@ -58,7 +111,7 @@ fn a_pair_settles_at_right_angles() {
         team.tick(tick);
     }
     let picture = team.agents[0].picture();
-    assert!(picture.known.iter().all(|known| known.track.status == TrackStatus::Held), "{picture:?}");
+    assert!(picture.known().iter().all(|known| known.track.status == TrackStatus::Held), "{picture:?}");
     let centre = picture.groups[0].centre.estimate().state.position();
     let phases: Vec<_> = team.states.iter().map(|state| (state.position - centre).direction()).collect();
     let separation_deg = (phases[1] - phases[0]).deg().abs();
@@ -83,12 +136,12 @@ fn a_clock_that_jumps_for_one_step_changes_no_bit() {
             for wrong in
                 [now + hour, now + Duration::from_us(-500_001), Time::from_us(i64::MAX), Time::from_us(i64::MIN)]
             {
-                let step = wrong_now_and_then.step(wrong, &own, scan_of(&scans[0]), &inbox);
-                assert!((25.0..=55.0).contains(&step.command.command.speed_m_s) && step.outbox.is_empty());
+                let step = step(&mut wrong_now_and_then, wrong, &own, scan_of(&scans[0]), &inbox);
+                assert!((25.0..=55.0).contains(&step.command.speed_m_s));
             }
             assert_eq!(format!("{:?}", wrong_now_and_then.picture()), before);
         }
-        let got = wrong_now_and_then.step(now, &own, scan_of(&scans[0]), &inbox);
+        let got = step(&mut wrong_now_and_then, now, &own, scan_of(&scans[0]), &inbox);
         assert_eq!((i64::from(got.diagnostics.refused_instants), got.diagnostics.refused_messages), (4 * tick, 0));
         team.decide(now, &scans, &inbox);
         assert_eq!(format!("{:?}", wrong_now_and_then.picture()), format!("{:?}", team.agents[0].picture()));
@@ -97,7 +150,7 @@ fn a_clock_that_jumps_for_one_step_changes_no_bit() {
     for (agent, gap_us, refused) in [(0, 10_000_000, 0), (1, 10_000_001, 1)] {
         let now = last + Duration::from_us(gap_us);
         let agent = &mut team.agents[agent];
-        assert_eq!(agent.step(now, &own, Scan::default(), &[]).diagnostics.refused_instants, refused);
+        assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused_instants, refused);
         assert_eq!(agent.picture().time, if refused == 0 { now } else { last });
     }
 }
@@ -114,10 +167,10 @@ fn a_reset_agent_begins_anew_at_any_time() {
         let own = team.states[0];
         let (now, scans, _) = team.speak(first_tick);
         for agent in &mut team.agents {
-            let before = agent.step(now, &own, Scan::default(), &[]).diagnostics.refused_instants;
-            assert_eq!(agent.step(now, &own, Scan::default(), &[]).diagnostics.refused_instants, before + 1);
+            let before = step(agent, now, &own, Scan::default(), &[]).diagnostics.refused_instants;
+            assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused_instants, before + 1);
             agent.reset();
-            assert!(agent.picture().known.is_empty());
+            assert!(agent.picture().known().is_empty());
         }
         drop(scans);
         let mut fresh = Team::new(2, 4);
@@ -130,17 +183,17 @@ fn a_reset_agent_begins_anew_at_any_time() {
                 inbox.extend(cues.clone());
             }
             for (index, agent) in fresh.agents.iter_mut().enumerate() {
-                agent.step(now, &team.states[index], scan_of(&scans[index]), &inbox);
+                step(agent, now, &team.states[index], scan_of(&scans[index]), &inbox);
             }
             team.decide(now, &scans, &inbox);
             for (agent, fresh) in team.agents.iter().zip(&fresh.agents) {
                 assert_eq!(format!("{:?}", agent.picture()), format!("{:?}", fresh.picture()));
-                assert_eq!((agent.picture().known.len(), agent.picture().crew.len()), (4, 2));
+                assert_eq!((agent.picture().known().len(), agent.picture().crew.len()), (4, 2));
             }
         }
     }
     let own = team.states[0];
-    let refused = team.agents[0].step(Time::START, &own, Scan::default(), &[]).diagnostics;
+    let refused = step(&mut team.agents[0], Time::START, &own, Scan::default(), &[]).diagnostics;
     assert_eq!((refused.refused_instants, refused.refused_messages), (5, 0));
 }
 
@@ -151,18 +204,18 @@ fn a_fleet_refuses_what_its_agents_refuse_and_can_be_reset() {
     let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
     let hear = |fleet: &mut Fleet, team: &mut Team, at: Option<Time>| {
         let (now, scans, inbox) = team.speak(0);
-        let cues: Vec<Cue> =
-            inbox.iter().filter_map(|said| if let Message::Cue(cue) = said { Some(*cue) } else { None }).collect();
-        fleet.hear(at.unwrap_or(now), said(&team.states, &scans), &cues);
+        let observed = observe_all(fleet, at.unwrap_or(now), &team.states, &scans, &inbox);
+        fleet.decide(&observed[0])
     };
     hear(&mut fleet, &mut team, None);
     let before = format!("{:?}", fleet.picture());
     let later = Time::from_us(3_600_000_000);
-    hear(&mut fleet, &mut team, Some(later));
+    let refused = hear(&mut fleet, &mut team, Some(later)).diagnostics.refused_instants;
     assert_eq!(format!("{:?}", fleet.picture()), before);
-    assert_eq!(fleet.decide(UavId(0), &team.states[0]).diagnostics.refused_instants, 1);
+    // One for each UAV.
+    assert_eq!(refused, 2);
     fleet.reset();
-    assert!(fleet.picture().known.is_empty());
+    assert!(fleet.picture().known().is_empty());
     hear(&mut fleet, &mut team, Some(later));
     assert_eq!((fleet.picture().time, fleet.picture().crew.len()), (later, 0));
 }
@@ -175,7 +228,7 @@ fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
     let of_searcher = |x_m: f64, position_sd_m: f64| {
         (0..3).map(move |target| {
             Message::Cue(Cue {
-                target: TargetId(target),
+                label: TargetLabel(target),
                 time: Time::START,
                 position: Position::from_m(x_m + f64::from(target), 0.0),
                 velocity: Velocity::from_m_s(5.0, 0.0),
@@ -191,7 +244,7 @@ fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
     let picture = |inboxes: &[&[Message]]| {
         let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
         for inbox in inboxes {
-            agent.step(Time::START, &own, Scan::default(), inbox);
+            step(&mut agent, Time::START, &own, Scan::default(), inbox);
         }
         format!("{:?}", agent.picture())
     };
@@ -220,7 +273,7 @@ fn no_epoch_silences_a_teammate() {
             }
         }
         let own = team.states[0];
-        let got = told_wrong.step(now, &own, scan_of(&scans[0]), &heard).diagnostics;
+        let got = step(&mut told_wrong, now, &own, scan_of(&scans[0]), &heard).diagnostics;
         team.decide(now, &scans, &inbox);
         assert_eq!(got.refused_messages, 0, "{tick}");
         assert_eq!(format!("{:?}", told_wrong.picture()), format!("{:?}", team.agents[0].picture()), "{tick}");
@@ -232,8 +285,8 @@ fn no_epoch_silences_a_teammate() {
 fn with_nothing_to_watch_the_agent_holds_a_circle() {
     let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
     let own = Team::new(1, 0).states[0];
-    let step = agent.step(Time::START, &own, Scan::default(), &[]);
-    assert_eq!(step.command.command, Command { speed_m_s: 40.0, turn_rate_rad_s: 0.16 });
+    let step = step(&mut agent, Time::START, &own, Scan::default(), &[]);
+    assert_eq!(step.command, Command { speed_m_s: 40.0, turn_rate_rad_s: 0.16 });
     assert_eq!((step.look_at, step.diagnostics.group), (None, None));
 }
 
@@ -270,7 +323,7 @@ fn any_state() -> impl Strategy<Value = UavState> {
 
 fn any_detections() -> impl Strategy<Value = Vec<Detection>> {
     let detection = (0..4u32, any_number(), any_number()).prop_map(|(target, range_m, bearing)| Detection {
-        target: TargetId(target),
+        label: TargetLabel(target),
         measurement: RangeBearing { range_m, bearing: Angle::from_rad(bearing) },
     });
     proptest::collection::vec(detection, 0..5)
@@ -292,7 +345,7 @@ fn any_message(now_us: i64) -> impl Strategy<Value = Message> {
     let cue = (0..4u32, any_number(), any_number(), any_number(), any_number(), any_number()).prop_map(
         move |(target, x, y, vx, sd, sd_v)| {
             Message::Cue(Cue {
-                target: TargetId(target),
+                label: TargetLabel(target),
                 time: Time::from_us(now_us),
                 position: Position::from_m(x, y),
                 velocity: Velocity::from_m_s(vx, y),
@@ -317,11 +370,11 @@ proptest! {
         let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
         for (state, us) in states.iter().zip(times) {
             let scan = Scan { boresight: Some(state.heading), detections: &detections };
-            let step = agent.step(Time::from_us(us), state, scan, &messages);
-            let command = step.command.command;
+            let step = step(&mut agent, Time::from_us(us), state, scan, &messages);
+            let command = step.command;
             prop_assert!((25.0..=55.0).contains(&command.speed_m_s), "{command:?}");
             prop_assert!(command.turn_rate_rad_s.abs() <= 0.3, "{command:?}");
-            for known in &agent.picture().known {
+            for known in agent.picture().known() {
                 prop_assert!(known.track.estimate().state.0.iter().all(|value| value.is_finite()));
                 prop_assert!(known.track.estimate().covariance.matrix().iter().all(|value| value.is_finite()));
             }

@@ -7,7 +7,7 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::{Team, scan_of};
+use common::{Team, scan_of, step};
 
 struct Counting;
 
@@ -43,8 +43,8 @@ fn a_warm_step_allocates_nothing() {
         let (own, scan) = (team.states[0], scan_of(&scans[0]));
         let agent = &mut team.agents[0];
         let before = ALLOCATIONS.get();
-        let step = agent.step(now, &own, scan, &inbox);
-        let turn_rate = step.command.command.turn_rate_rad_s;
+        let step = step(agent, now, &own, scan, &inbox);
+        let turn_rate = step.command.turn_rate_rad_s;
         let allocated = ALLOCATIONS.get() - before;
         assert!(turn_rate.is_finite());
         assert_eq!(allocated, 0, "tick {tick}");

@@ -24,7 +24,7 @@ fn centroid(now: Time) -> Position {
 fn flown(seconds: u32, lose_every: u32) -> ([Companion; 2], Vec<(f64, usize)>) {
     let mut seen = Vec::new();
     let team = fly(seconds, lose_every, |_, _, picture| {
-        let held = picture.known.iter().filter(|known| known.track.status == TrackStatus::Held).count();
+        let held = picture.known().iter().filter(|known| known.track.status == TrackStatus::Held).count();
         seen.push((picture.group_of(UavId(0)).map_or(0.0, |group| group.standoff.distance_m), held));
     });
     (team.unwrap(), seen)

@@ -260,10 +260,14 @@ fn a_track_of_a_target_that_never_accelerates_is_kept_for_hours() {
     params.target.acceleration_sd_m_s2 = 0.0;
     let transition = params.transition(Duration::from_s(0.5));
     let uav = Position::from_m(-300.0, 0.0);
-    let look = estimation::track::Look { uav, measurement: sensor::measure(uav, Position::from_m(40.0, 30.0)) };
-    let mut track = Track::from_looks(TargetId(0), &[look], &params).unwrap();
+    let z = sensor::measure(uav, Position::from_m(40.0, 30.0));
+    let mut track = Track::from_measurements(TargetLabel(0), [(uav, z)], &params).unwrap();
     for step in 0..20_000 {
-        track.advance(&transition, &[look], |_, _| true, &params);
+        let before = track;
+        track.predict(&transition);
+        let predicted = track.estimate().state.position();
+        let measured = Contribution::of_measurement(&params.sensor, uav, &z, predicted);
+        track.update(&before, Some(&measured), transition.dt, |_, _| true, &params);
         assert_eq!(track.status, TrackStatus::Held, "step {step}");
     }
     // What it knows can still be told in either form.

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::{Team, said, scan_of};
+use common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
 use standoff::coordination::clustering::group_count;
 use standoff::*;
@@ -32,22 +32,15 @@ fn all_agents_and_the_fleet_agree_to_the_bit() {
     let mut happened = BTreeSet::new();
     for tick in 0..240 {
         let (now, scans, inbox) = team.speak(tick);
-        let cues: Vec<Cue> = inbox
-            .iter()
-            .filter_map(|message| if let Message::Cue(cue) = message { Some(*cue) } else { None })
-            .collect();
-        fleet.hear(now, said(&team.states, &scans), &cues);
+        let observed = observe_all(&mut fleet, now, &team.states, &scans, &inbox);
         let states = team.states.clone();
         for (index, agent) in team.agents.iter_mut().enumerate() {
-            let alone = agent.step(now, &states[index], scan_of(&scans[index]), &inbox);
-            let together = fleet.decide(UavId(index as u32), &states[index]);
+            let alone = step(agent, now, &states[index], scan_of(&scans[index]), &inbox);
+            let together = fleet.decide(&observed[index]);
             assert_eq!(alone.command, together.command, "tick {tick}");
             assert_eq!(format!("{:?}", alone.diagnostics), format!("{:?}", together.diagnostics));
-            assert_eq!(
-                (alone.events, alone.look_at, alone.altitude_m),
-                (fleet.events(), together.look_at, together.altitude_m)
-            );
-            happened.extend(kinds(alone.events));
+            assert_eq!((alone.look_at, alone.altitude_m), (together.look_at, together.altitude_m));
+            happened.extend(kinds(&agent.picture().events));
             assert_eq!(format!("{:?}", agent.picture()), format!("{:?}", fleet.picture()), "tick {tick}");
         }
         team.tick(tick);
@@ -71,8 +64,8 @@ fn a_lost_uav_is_replaced_and_may_come_back() {
         for tick in ticks {
             let (now, scans, inbox) = team.speak(tick);
             let own = team.states[0];
-            let step = team.agents[0].step(now, &own, scan_of(&scans[0]), &inbox);
-            events.extend(step.events.iter().map(|event| (tick, *event)));
+            step(&mut team.agents[0], now, &own, scan_of(&scans[0]), &inbox);
+            events.extend(team.agents[0].picture().events.iter().map(|event| (tick, *event)));
             team.tick(tick);
         }
         core::mem::take(&mut events)
@@ -102,11 +95,11 @@ fn the_margin_is_so_many_standard_deviations_along_the_line_to_the_furthest() {
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = Team::new(1, 0).states[0];
     let cue = |id, position, position_sd_m| {
-        let (target, time, velocity) = (TargetId(id), Time::START, Velocity::ZERO);
-        Message::Cue(Cue { target, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
+        let (label, time, velocity) = (TargetLabel(id), Time::START, Velocity::ZERO);
+        Message::Cue(Cue { label, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
     };
     let cues = [cue(0, Position::from_m(0.0, 0.0), 16.0), cue(1, Position::from_m(120.0, 90.0), 12.0)];
-    agent.step(Time::START, &own, Scan::default(), &cues);
+    step(&mut agent, Time::START, &own, Scan::default(), &cues);
     let group = &agent.picture().groups[0];
     // Half of the root of 16^2 + 12^2 m, twice.
     assert!((group.margin_m - 20.0).abs() < 1e-9, "{}", group.margin_m);
@@ -183,27 +176,28 @@ proptest! {
         for tick in 0..80i64 {
             let now = Time::from_us(tick * 500_000);
             let targets: Vec<_> = (0..targets).filter_map(|id| Some((id, place(odd, id, tick, seed)?))).collect();
-            let cues: Vec<Cue> = targets.iter().filter(|_| tick == 0).map(|(id, (position, velocity))| Cue {
-                target: TargetId(*id), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0,
-            }).collect();
+            let cues: Vec<Message> = targets.iter().filter(|_| tick == 0).map(|(id, (position, velocity))| Message::Cue(Cue {
+                label: TargetLabel(*id), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0,
+            })).collect();
             let scans: Vec<(Option<Angle>, Vec<Detection>)> = states.iter().zip(&look_at).map(|(state, look)| {
                 let boresight = look.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
                 let seen = targets.iter().filter(|(_, (at, _))| boresight.is_some_and(|boresight| params.track.sensor.in_view(state.position, boresight, *at)));
-                (boresight, seen.map(|(id, (at, _))| Detection { target: TargetId(*id), measurement: sensor::measure(state.position, *at) }).collect())
+                (boresight, seen.map(|(id, (at, _))| Detection { label: TargetLabel(*id), measurement: sensor::measure(state.position, *at) }).collect())
             }).collect();
             // One UAV says nonsense of itself for a while: it is silent.
             let mut said = states.clone();
             if let Some(state) = said.get_mut(silent as usize).filter(|_| (30..50).contains(&tick)) {
                 state.speed_m_s = f64::NAN;
             }
-            fleet.hear(now, self::said(&said, &scans), &cues);
+            let observed = observe_all(&mut fleet, now, &said, &scans, &cues);
+            fleet.decide(&observed[0]);
             let picture = fleet.picture().clone();
             let team = picture.crew.len();
-            let live = picture.known.iter().filter(|known| !known.track.is_lost()).count();
+            let live = picture.known().iter().filter(|known| !known.track.is_lost()).count();
             prop_assert!(picture.groups.len() <= group_count(team.max(uavs as usize), live), "{picture:?}");
             prop_assert!(live == 0 || !picture.groups.is_empty());
-            for known in &picture.known {
-                for group in known.groups() {
+            for known in picture.known() {
+                for group in known.membership.groups() {
                     prop_assert!(picture.group(group).is_some());
                     prop_assert!(!known.track.is_lost());
                 }
@@ -213,14 +207,15 @@ proptest! {
                 prop_assert!((250.0..=700.0).contains(&group.standoff.distance_m));
                 prop_assert!(picture.groups[..index].iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));
                 prop_assert!(team == 0 || picture.crew.iter().any(|duty| duty.group == group.id), "a group without UAVs: {picture:?}");
-                let members = picture.known.iter().filter(|known| known.groups().any(|id| id == group.id)).count();
+                let members = picture.known().iter().filter(|known| known.membership.groups().any(|id| id == group.id)).count();
                 prop_assert_eq!(members, group.members as usize);
             }
             for (id, state) in states.iter_mut().enumerate() {
-                let step = fleet.decide(UavId(id as u32), state);
-                let command = step.command.command;
+                let step = fleet.decide(&observed[id]);
+                let command = step.command;
                 prop_assert!((25.0..=55.0).contains(&command.speed_m_s) && command.turn_rate_rad_s.abs() <= 0.3);
-                prop_assert_eq!(step.diagnostics.group.is_some(), !picture.groups.is_empty() && picture.crew.iter().any(|duty| duty.uav == UavId(id as u32)));
+                let serves = !picture.groups.is_empty() && picture.crew.iter().any(|duty| duty.uav == UavId(id as u32));
+                prop_assert_eq!(step.diagnostics.group.is_some(), serves && said[id].is_finite());
                 look_at[id] = step.look_at;
                 *state = params.uav.response(Duration::from_s(0.5)).step(state, command);
                 prop_assert!(state.is_finite());
@@ -237,7 +232,7 @@ fn what_comes_back_where_it_was_lost_is_found_again() {
         let position = Position::from_m(20.0 * f64::from(id) + 2.0 * now.s(), 10.0 * f64::from(id % 2));
         Some((position, Velocity::from_m_s(2.0, 0.0))).filter(|_| !(30.0..45.0).contains(&now.s()))
     });
-    let lost = |team: &Team| team.agents[0].picture().known.iter().filter(|known| known.track.is_lost()).count();
+    let lost = |team: &Team| team.agents[0].picture().known().iter().filter(|known| known.track.is_lost()).count();
     for tick in 0..90 {
         team.tick(tick);
     }
@@ -258,9 +253,9 @@ fn who_comes_and_goes_is_told_of() {
         team.silent = if (20..40).contains(&tick) { vec![UavId(1), UavId(2)] } else { Vec::new() };
         let (now, scans, inbox) = team.speak(tick);
         let own = team.states[0];
-        let step = team.agents[0].step(now, &own, scan_of(&scans[0]), &inbox);
-        let of_uavs =
-            step.events.iter().filter(|event| matches!(event.kind, EventKind::UavLost | EventKind::UavJoined));
+        step(&mut team.agents[0], now, &own, scan_of(&scans[0]), &inbox);
+        let events = &team.agents[0].picture().events;
+        let of_uavs = events.iter().filter(|event| matches!(event.kind, EventKind::UavLost | EventKind::UavJoined));
         told.extend(of_uavs.map(|event| (tick, event.kind.name(), event.uav)));
         team.tick(tick);
     }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Team, scan_of};
+use common::{Team, report, scan_of, step};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -43,7 +43,7 @@ impl Wrong {
     fn message(self, now: Time, like: &Report) -> Message {
         let mut report = Report { uav: UavId(77), epoch: 9, sequence: 1, ..like.clone() };
         let mut cue = Cue {
-            target: TargetId(99),
+            label: TargetLabel(99),
             time: now,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,
@@ -78,13 +78,13 @@ fn a_second_scan_of_one_instant_is_refused() {
     for tick in 0..20 {
         let (now, scans, inbox) = team.speak(tick);
         let mut with_second = inbox.clone();
-        let mut second = team.agents[1].report(now, &team.states[1], scan_of(&scans[1]));
+        let mut second = report(&team.agents[1], now, &team.states[1], scan_of(&scans[1])).unwrap();
         second.sequence += 1;
         second.state.position = second.state.position + Displacement::from_m(50.0, 0.0);
         with_second.push(Message::Report(second));
         let own = team.states[0];
-        let expected = honest.step(now, &own, scan_of(&scans[0]), &inbox).command;
-        let got = told_twice.step(now, &own, scan_of(&scans[0]), &with_second);
+        let expected = step(&mut honest, now, &own, scan_of(&scans[0]), &inbox).command;
+        let got = step(&mut told_twice, now, &own, scan_of(&scans[0]), &with_second);
         assert_eq!((got.command, i64::from(got.diagnostics.refused_messages)), (expected, tick + 1));
         assert_eq!(format!("{:?}", told_twice.picture()), format!("{:?}", honest.picture()));
         team.decide(now, &scans, &inbox);
@@ -105,15 +105,15 @@ proptest! {
         let mut count = 0;
         for tick in 0..30 {
             let (now, scans, inbox) = team.speak(tick);
-            let like = team.agents[1].report(now, &team.states[1], scan_of(&scans[1]));
+            let like = report(&team.agents[1], now, &team.states[1], scan_of(&scans[1])).unwrap();
             let mut with_nonsense = inbox.clone();
             for (_, wrong, place) in wrongs.iter().filter(|(at, ..)| *at == tick) {
                 with_nonsense.insert(place % (with_nonsense.len() + 1), wrong.message(now, &like));
                 count += 1;
             }
             let own = team.states[0];
-            let expected = honest.step(now, &own, scan_of(&scans[0]), &inbox);
-            let got = told_nonsense.step(now, &own, scan_of(&scans[0]), &with_nonsense);
+            let expected = step(&mut honest, now, &own, scan_of(&scans[0]), &inbox);
+            let got = step(&mut told_nonsense, now, &own, scan_of(&scans[0]), &with_nonsense);
             prop_assert_eq!(got.command, expected.command);
             prop_assert_eq!(got.look_at, expected.look_at);
             prop_assert_eq!(got.diagnostics.refused_messages, count);
@@ -138,14 +138,14 @@ proptest! {
                     let range_m = *value;
                     // Before the sound ones: also of the same target, the sound one counts.
                     let measurement = RangeBearing { range_m, bearing };
-                    report.detections.insert(0, Detection { target: TargetId(*target), measurement });
+                    report.detections.insert(0, Detection { label: TargetLabel(*target), measurement });
                     let measurement = RangeBearing { range_m: -1.0, bearing: Angle::from_rad(1.0) };
-                    report.detections.push(Detection { target: TargetId(*target), measurement });
+                    report.detections.push(Detection { label: TargetLabel(*target), measurement });
                 }
             }
             let own = team.states[0];
-            honest.step(now, &own, scan_of(&scans[0]), &inbox);
-            told_nonsense.step(now, &own, scan_of(&scans[0]), &with_nonsense);
+            step(&mut honest, now, &own, scan_of(&scans[0]), &inbox);
+            step(&mut told_nonsense, now, &own, scan_of(&scans[0]), &with_nonsense);
             prop_assert_eq!(format!("{:?}", told_nonsense.picture()), format!("{:?}", honest.picture()));
             team.decide(now, &scans, &inbox);
         }

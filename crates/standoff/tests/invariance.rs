@@ -159,27 +159,27 @@ impl World {
                 let Some(mut measurement) = seen else { continue };
                 measurement.range_m += range_m;
                 measurement.bearing = measurement.bearing + Angle::from_rad(self.through.turn_rate(bearing_rad));
-                detections.push(Detection { target: TargetId(id), measurement });
+                detections.push(Detection { label: TargetLabel(id), measurement });
             }
             scans.push((boresight, detections));
         }
         scans
     }
 
-    fn cues(&mut self, now: Time) -> Vec<Cue> {
+    fn cues(&mut self, now: Time) -> Vec<Message> {
         let cue = |(id, vehicle): (u32, &Vehicle)| {
             let [dx_m, dy_m, dvx_m_s, dvy_m_s] = core::array::from_fn(|_| self.noise.next());
             let (dx_m, dy_m) = self.through.vector(20.0 * dx_m, 20.0 * dy_m);
             let (dvx_m_s, dvy_m_s) = self.through.vector(2.0 * dvx_m_s, 2.0 * dvy_m_s);
             let Vehicle { position, velocity } = vehicle;
-            Cue {
-                target: TargetId(id),
+            Message::Cue(Cue {
+                label: TargetLabel(id),
                 time: now,
                 position: *position + Displacement::from_m(dx_m, dy_m),
                 velocity: Velocity::from_m_s(velocity.x_m_s() + dvx_m_s, velocity.y_m_s() + dvy_m_s),
                 position_sd_m: 20.0,
                 velocity_sd_m_s: 2.0,
-            }
+            })
         };
         (0..).zip(&self.vehicles).map(cue).collect()
     }
@@ -188,14 +188,14 @@ impl World {
         let now = Time::from_us(self.tick * PERIOD.us());
         let cues = if self.tick == 0 { self.cues(now) } else { Vec::new() };
         let scans = self.scans();
-        self.fleet.hear(now, common::said(&self.uavs, &scans), &cues);
+        let observed = common::observe_all(&mut self.fleet, now, &self.uavs, &scans, &cues);
         let response = self.team.uav.response(PERIOD);
         self.commands.clear();
         for (index, uav) in self.uavs.iter_mut().enumerate() {
-            let step = self.fleet.decide(UavId(index as u32), uav);
+            let step = self.fleet.decide(&observed[index]);
             self.look_at[index] = step.look_at;
-            self.commands.push(step.command.command);
-            *uav = response.step(uav, step.command.command);
+            self.commands.push(step.command);
+            *uav = response.step(uav, step.command);
         }
         for vehicle in &mut self.vehicles {
             vehicle.position = vehicle.position + vehicle.velocity * PERIOD.s();
@@ -207,11 +207,11 @@ impl World {
     fn decisions(&self) -> String {
         let picture = self.fleet.picture();
         let places = picture
-            .known
+            .known()
             .iter()
-            .map(|known| (known.track.target, known.track.status, known.group(), known.receiving_group()));
+            .map(|known| (known.track.id, known.track.status, known.group(), known.receiving_group()));
         let events =
-            self.fleet.events().iter().map(|event| (event.kind.name(), event.target, event.group, event.to, event.uav));
+            picture.events.iter().map(|event| (event.kind.name(), event.track, event.group, event.to, event.uav));
         let groups = picture.groups.iter().map(|group| (group.id, group.members, group.altitude_m));
         let all = (places.collect::<Vec<_>>(), &picture.crew, events.collect::<Vec<_>>(), groups.collect::<Vec<_>>());
         format!("{all:?}")
@@ -230,7 +230,7 @@ impl World {
             most = most.max((own.turn_rate_rad_s - self.through.turn_rate(other.turn_rate_rad_s)).abs());
         }
         let (picture, other) = (self.fleet.picture(), plain.fleet.picture());
-        for (own, other) in picture.known.iter().zip(&other.known) {
+        for (own, other) in picture.known().iter().zip(other.known()) {
             let (own, other) = (own.track.estimate(), other.track.estimate());
             most = most.max(places(own.state.position(), other.state.position()));
             most = most

@@ -104,7 +104,7 @@ impl World {
             (0..).zip(&self.uavs).map(|(id, &position)| Hand { uav: UavId(id), position, serves: None }).collect();
         let sites: Vec<Site<'_>> =
             (0..).zip(&self.groups).map(|(id, members)| Site { group: GroupId(id), members }).collect();
-        assign(&hands, &sites, &self.sensor, objective)
+        assign(&hands, &sites, &self.sensor, objective, TeamParams::table_1().group.assignment_inertia)
     }
 
     /// Sum over targets of ln det of what their crew tells, per target.

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::{Duration, TargetId, TargetParams, TargetState, TeamParams, UavId, UavState};
+use standoff::{Duration, TargetParams, TargetState, TeamParams, UavId, UavState};
 
 use super::file::Minds;
 use super::file::resolved::ScenarioFile;
+use crate::target_id::TargetId;
 use crate::traffic::{Origin, Traffic, Unit};
 
 /// Everything that determines a run.

@@ -3,9 +3,7 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use standoff::{
-    Duration, Integrator, ParamError, Position, TargetId, TargetParams, TargetState, TeamParams, UavId, Velocity,
-};
+use standoff::{Duration, Integrator, ParamError, Position, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
 use super::check::{check_settings, check_who, report};
 use super::draw::{Absent, Draw, Drawing, value};
@@ -20,6 +18,7 @@ use super::start;
 use super::team::{Passed, team};
 use super::traffic::{check_span, length_warning};
 use crate::draws::{Draws, Stream};
+use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 
 /// Draws, fills in and checks.

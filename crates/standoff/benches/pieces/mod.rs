@@ -7,7 +7,7 @@ mod common;
 
 use std::hint::black_box;
 
-use common::{OwnedScan, Team, said, scan_of};
+use common::{OwnedScan, Team, observe_all, scan_of, step};
 use standoff::*;
 
 const PERIOD: Duration = Duration::from_us(500_000);
@@ -29,16 +29,16 @@ pub fn field(targets: u32) -> Vec<Position> {
     (0..groups).flat_map(|group| spread(centre(group), 20, 150.0)).take(targets as usize).collect()
 }
 
-fn cue(target: TargetId, position: Position) -> Cue {
+fn cue(label: TargetLabel, position: Position) -> Cue {
     let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
-    Cue { target, time: Time::START, position, velocity, position_sd_m, velocity_sd_m_s }
+    Cue { label, time: Time::START, position, velocity, position_sd_m, velocity_sd_m_s }
 }
 
 /// One target's filter: a prediction, and an update fused from two UAVs, each time from the same start.
 pub fn filter() -> impl FnMut() -> InformationFilter {
     let params = TeamParams::table_1().track;
     let transition = params.target.transition(PERIOD);
-    let cue = cue(TargetId(0), Position::ORIGIN);
+    let cue = cue(TargetLabel(0), Position::ORIGIN);
     let start = *Track::from_cue(&cue, &params, Time::START).expect("a sound cue").estimate();
     let filter = InformationFilter::new(start).expect("a positive covariance");
     let uavs = [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)];
@@ -58,7 +58,7 @@ pub fn filter() -> impl FnMut() -> InformationFilter {
 }
 
 /// One of two agents that share so many targets: a step, all reports heard.
-pub fn agent(targets: u32) -> impl FnMut() -> LimitedCommand {
+pub fn agent(targets: u32) -> impl FnMut() -> Command {
     let mut team = Team::new(2, targets);
     for tick in 0..40 {
         team.tick(tick);
@@ -74,7 +74,7 @@ pub fn agent(targets: u32) -> impl FnMut() -> LimitedCommand {
                 (report.time, report.sequence) = (now, sequence);
             }
         }
-        agent.step(now, &own, scan_of(&scans[0]), &inbox).command
+        step(&mut agent, now, &own, scan_of(&scans[0]), &inbox).command
     }
 }
 
@@ -112,15 +112,18 @@ impl FleetTicks {
                 }
             })
             .collect();
-        let cues: Vec<Cue> = (0..).zip(&positions).map(|(id, position)| cue(TargetId(id), *position)).collect();
+        let cue = |(id, position): (u32, &Position)| Message::Cue(cue(TargetLabel(id), *position));
+        let cues: Vec<Message> = (0..).zip(&positions).map(cue).collect();
         let blind = vec![OwnedScan::default(); states.len()];
-        fleet.hear(Time::START, said(&states, &blind), &cues);
-        let scans = states.iter().zip(0..).map(|(state, id)| {
-            let look = fleet.decide(UavId(id), state).look_at.expect("targets to look at");
+        let observed = observe_all(&mut fleet, Time::START, &states, &blind, &cues);
+        let scans = states.iter().zip(&observed).map(|(state, observation)| {
+            let look = fleet.decide(observation).look_at.expect("targets to look at");
             let boresight = look.boresight(state.position, Duration::ZERO);
             let seen = (0..).zip(&positions).filter(|(_, at)| sensor.in_view(state.position, boresight, **at));
-            let detections = seen
-                .map(|(id, at)| Detection { target: TargetId(id), measurement: sensor::measure(state.position, *at) });
+            let detections = seen.map(|(id, at)| Detection {
+                label: TargetLabel(id),
+                measurement: sensor::measure(state.position, *at),
+            });
             (Some(boresight), detections.collect())
         });
         let scans = scans.collect();
@@ -130,8 +133,7 @@ impl FleetTicks {
     /// Everything heard, the picture, every UAV's decision; the sum of the turn rates, in rad/s.
     pub fn tick(&mut self) -> f64 {
         self.now = self.now + PERIOD;
-        self.fleet.hear(self.now, said(&self.states, &self.scans), &[]);
-        let decisions = (0..).zip(&self.states).map(|(id, state)| self.fleet.decide(UavId(id), state));
-        decisions.map(|step| step.command.command.turn_rate_rad_s).sum()
+        let observed = observe_all(&mut self.fleet, self.now, &self.states, &self.scans, &[]);
+        observed.iter().map(|observation| self.fleet.decide(observation).command.turn_rate_rad_s).sum()
     }
 }

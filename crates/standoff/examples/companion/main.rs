@@ -50,16 +50,18 @@ impl Companion {
     fn look(&self, now: Time) -> (Option<Angle>, Vec<Detection>) {
         let boresight = self.look_at.map(|look| look.boresight(self.own.position, PERIOD));
         let sensor = TeamParams::table_1().track.sensor;
-        let seen = vehicles(now).filter_map(|(target, position, _)| {
-            Some(Detection { target, measurement: sensor.look(self.own.position, boresight?, position)? })
+        let seen = vehicles(now).filter_map(|(label, position, _)| {
+            Some(Detection { label, measurement: sensor.look(self.own.position, boresight?, position)? })
         });
         (boresight, seen.collect())
     }
 
     /// First half of an instant: take in the own scan, and say what it was.
-    fn speak(&mut self, now: Time, scan: Scan, cues: &[Message], lose_every: u32) {
-        let step = self.agent.step(now, &self.own, scan, cues);
-        for message in step.outbox {
+    fn observe(&mut self, now: Time, lose_every: u32) -> Observation {
+        let (boresight, detections) = self.look(now);
+        let scan = Scan { boresight, detections: &detections };
+        let observation = self.agent.observe(now, &self.own, Some(scan));
+        for message in self.agent.outbox(&observation) {
             self.sent += 1;
             let is_lost = lose_every > 0 && self.sent.is_multiple_of(lose_every);
             if let Message::Report(report) = message
@@ -69,16 +71,19 @@ impl Companion {
                 let _ = self.to_teammate.send(wire::encode(report));
             }
         }
+        observation
     }
 
-    /// Second half, when no more messages are waited for: decide with what has come, and act.
-    fn act(&mut self, now: Time, scan: Scan) -> Diagnostics {
-        let heard = self.from_teammate.try_iter().filter_map(|bytes| wire::decode(&bytes));
-        let inbox: Vec<Message> = heard.map(Message::Report).collect();
-        let step = self.agent.step(now, &self.own, scan, &inbox);
+    /// Second half, when no more messages are waited for: take in what has come, decide, and act.
+    fn decide(&mut self, observation: &Observation, cues: &[Message]) -> Diagnostics {
+        let reports = self.from_teammate.try_iter().filter_map(|bytes| wire::decode(&bytes));
+        for message in cues.iter().cloned().chain(reports.map(Message::Report)) {
+            self.agent.hear(observation, &message);
+        }
+        let step = self.agent.decide(observation);
         // To your gimbal and your autopilot; `step.altitude_m` belongs there, too.
         self.look_at = step.look_at;
-        self.own = self.autopilot.step(&self.own, step.command.command);
+        self.own = self.autopilot.step(&self.own, step.command);
         step.diagnostics
     }
 }
@@ -97,12 +102,8 @@ pub(crate) fn fly(
         let now = Time::from_us(tick * PERIOD.us());
         // Somebody who searches hands the vehicles over, again and again: a cue of what is known changes nothing.
         let cues: Vec<Message> = vehicles(now).map(|vehicle| cue(now, vehicle)).collect();
-        let looks = team.each_ref().map(|uav| uav.look(now));
-        let scan = |index: usize| Scan { boresight: looks[index].0, detections: &looks[index].1 };
-        for (index, uav) in team.iter_mut().enumerate() {
-            uav.speak(now, scan(index), &cues, lose_every);
-        }
-        let [diagnostics, _] = [0, 1].map(|index: usize| team[index].act(now, scan(index)));
+        let observed = team.each_mut().map(|uav| uav.observe(now, lose_every));
+        let [diagnostics, _] = [0, 1].map(|index: usize| team[index].decide(&observed[index], &cues));
         if tick % 2 == 0 {
             tell(now, &diagnostics, team[0].agent.picture());
         }
@@ -111,23 +112,23 @@ pub(crate) fn fly(
 }
 
 /// The world: where three vehicles drive, apart from one another.
-pub(crate) fn vehicles(now: Time) -> impl Iterator<Item = (TargetId, Position, Velocity)> {
+pub(crate) fn vehicles(now: Time) -> impl Iterator<Item = (TargetLabel, Position, Velocity)> {
     let motions = [([0.0, 0.0], [8.0, 3.0]), ([60.0, 30.0], [9.0, 3.5]), ([-40.0, 50.0], [7.5, 4.0])];
     (0..).zip(motions).map(move |(id, ([x_m, y_m], [vx_m_s, vy_m_s]))| {
         let velocity = Velocity::from_m_s(vx_m_s, vy_m_s);
-        (TargetId(id), Position::from_m(x_m, y_m) + velocity * now.s(), velocity)
+        (TargetLabel(id), Position::from_m(x_m, y_m) + velocity * now.s(), velocity)
     })
 }
 
-fn cue(time: Time, (target, position, velocity): (TargetId, Position, Velocity)) -> Message {
-    Message::Cue(Cue { target, time, position, velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0 })
+fn cue(time: Time, (label, position, velocity): (TargetLabel, Position, Velocity)) -> Message {
+    Message::Cue(Cue { label, time, position, velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0 })
 }
 
 /// What is printed of an instant.
 pub(crate) fn line(now: Time, diagnostics: &Diagnostics, picture: &Picture) -> String {
     let r_m = diagnostics.steering.map_or(0.0, |steering| steering.centre_distance_m);
     let r_d_m = picture.group_of(UavId(0)).map_or(0.0, |group| group.standoff.distance_m);
-    let held = picture.known.iter().filter(|known| known.track.status == TrackStatus::Held).count();
+    let held = picture.known().iter().filter(|known| known.track.status == TrackStatus::Held).count();
     let teammate = diagnostics.separation_m.map_or("unheard".to_owned(), |apart_m| format!("{apart_m:.0} m away"));
     let t_s = now.s();
     format!("{t_s:4} s  {r_m:.0} m from the centre, orbit {r_d_m:.0} m, {held} vehicles measured, teammate {teammate}")

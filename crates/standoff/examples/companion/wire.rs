@@ -1,6 +1,6 @@
 //! A report as bytes, for a radio that carries nothing else.
 
-use standoff::{Angle, Detection, Position, RangeBearing, Report, TargetId, Time, UavId, UavState};
+use standoff::{Angle, Detection, Position, RangeBearing, Report, TargetLabel, Time, UavId, UavState};
 
 /// 68 bytes and 20 for each detection, little-endian; numbers go as they are, for all must compute with the same bits.
 pub(crate) fn encode(report: &Report) -> Vec<u8> {
@@ -11,8 +11,8 @@ pub(crate) fn encode(report: &Report) -> Vec<u8> {
     let boresight_rad = boresight.map_or(f64::NAN, Angle::rad);
     let numbers = [position.x_m(), position.y_m(), heading.rad(), *speed_m_s, *turn_rate_rad_s, boresight_rad];
     bytes.extend(numbers.map(f64::to_le_bytes).concat());
-    for Detection { target, measurement } in detections {
-        bytes.extend(target.0.to_le_bytes());
+    for Detection { label, measurement } in detections {
+        bytes.extend(label.0.to_le_bytes());
         bytes.extend([measurement.range_m, measurement.bearing.rad()].map(f64::to_le_bytes).concat());
     }
     bytes
@@ -37,9 +37,9 @@ pub(crate) fn decode(mut bytes: &[u8]) -> Option<Report> {
     let state = UavState { position, heading, speed_m_s, turn_rate_rad_s };
     let mut detections = Vec::new();
     while !from.is_empty() {
-        let target = TargetId(id(from)?);
+        let label = TargetLabel(id(from)?);
         detections
-            .push(Detection { target, measurement: RangeBearing { range_m: number(from)?, bearing: angle(from)? } });
+            .push(Detection { label, measurement: RangeBearing { range_m: number(from)?, bearing: angle(from)? } });
     }
     Some(Report { uav, epoch, sequence, time, state, boresight, detections })
 }

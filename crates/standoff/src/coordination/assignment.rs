@@ -24,10 +24,11 @@ use core::ops::RangeInclusive;
 
 use nalgebra::Matrix2;
 
-use crate::coordination::group::GroupId;
+use crate::coordination::group_id::GroupId;
 use crate::frame::Position;
 use crate::math;
 use crate::sensor::SensorParams;
+use crate::team::Objective;
 use crate::uav::UavId;
 
 /// Up to so many UAVs the assignment is exact and ties are broken as said above; beyond, see [`assign`].
@@ -39,20 +40,6 @@ pub const PRINTED_MAX: usize = 8;
 /// Least determinant that a target's information counts for, 1/m4: known to a thousand kilometres each way. It stands
 /// in for targets out of everybody's sight, overhead, or not at a finite position. Its inverse is the most.
 pub const DET_FLOOR_1_M4: f64 = 1e-24;
-
-/// What staying where it is counts for a UAV, in ln det per target of its group: re-assignment in flight moves nobody
-/// for less. A UAV twice as far away tells 1.4 less.
-pub const INERTIA: f64 = 0.5;
-
-/// What the assignment maximises.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Objective {
-    /// Sum over groups and their targets of the logarithm of the determinant of the target's information.
-    #[default]
-    LogDet,
-    /// Determinant of the sum of all information, Eq. (32) as printed; up to [`PRINTED_MAX`] UAVs and groups.
-    Printed,
-}
 
 /// One UAV's group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +57,7 @@ pub struct Hand {
     pub uav: UavId,
     /// Where it is.
     pub position: Position,
-    /// The group that it serves until now; the default objective counts [`INERTIA`] for staying.
+    /// The group that it serves until now; staying there counts.
     pub serves: Option<GroupId>,
 }
 
@@ -93,11 +80,19 @@ pub struct Site<'a> {
 /// field of 2, 8 or 30 km) it missed the optimum in 4, by 0.0052 in ln det per target at worst and 1.6e-6 on average
 /// over all; the greedy rounds that it begins with missed it in 94 %, by 2.0 at worst and 0.11 on average. With 13 to
 /// 100 UAVs, in 54 worlds, twenty times as many trials gained 0.0024 per target at worst, 0.0003 on average.
-pub fn assign(uavs: &[Hand], sites: &[Site<'_>], sensor: &SensorParams, objective: Objective) -> Vec<Duty> {
+///
+/// `inertia` is what staying where it is counts for a UAV under the default objective, in ln det per target of its group.
+pub fn assign(
+    uavs: &[Hand],
+    sites: &[Site<'_>],
+    sensor: &SensorParams,
+    objective: Objective,
+    inertia: f64,
+) -> Vec<Duty> {
     if uavs.is_empty() || sites.is_empty() {
         return Vec::new();
     }
-    let problem = Problem::new(uavs, sites, sensor);
+    let problem = Problem::new(uavs, sites, sensor, inertia);
     let blocks = if objective == Objective::Printed && uavs.len().max(sites.len()) <= PRINTED_MAX {
         problem.printed()
     } else if uavs.len() <= EXACT_UAVS_MAX {
@@ -136,7 +131,7 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(uavs: &[Hand], sites: &[Site<'_>], sensor: &SensorParams) -> Self {
+    fn new(uavs: &[Hand], sites: &[Site<'_>], sensor: &SensorParams, inertia: f64) -> Self {
         let n = uavs.len();
         let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
         targets.sort_unstable_by(|a, b| b.cmp(a));
@@ -157,7 +152,7 @@ impl Problem {
                 .iter()
                 .map(|hand| site.members.iter().map(|target| told(hand.position, target)).collect())
                 .collect();
-            let staying = in_millionths(INERTIA * site.members.len() as f64);
+            let staying = in_millionths(inertia * site.members.len() as f64);
             let inertia = uavs.iter().map(|hand| if hand.serves == Some(site.group) { staying } else { 0 }).collect();
             Some(Choice { group: site.group, sizes: sizes(site)?, information, inertia })
         };

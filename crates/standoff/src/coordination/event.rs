@@ -1,8 +1,7 @@
 //! What can happen to targets, groups and UAVs, and why.
 
-use crate::coordination::group::GroupId;
-use crate::estimation::track::LossReason;
-use crate::target::TargetId;
+use crate::coordination::group_id::GroupId;
+use crate::estimation::track::{LossReason, TrackId};
 use crate::uav::UavId;
 
 /// Something that changed in a picture.
@@ -10,8 +9,8 @@ use crate::uav::UavId;
 pub struct Event {
     /// What happened.
     pub kind: EventKind,
-    /// The target it happened to.
-    pub target: Option<TargetId>,
+    /// The track of the target it happened to.
+    pub track: Option<TrackId>,
     /// The group concerned; of a handoff or a re-assignment, the old one.
     pub group: Option<GroupId>,
     /// Of a handoff or a re-assignment, the new group.
@@ -22,13 +21,13 @@ pub struct Event {
 
 impl Event {
     /// Something that happened to a target; `group` is where it belongs.
-    pub(crate) fn of_target(kind: EventKind, target: TargetId, group: Option<GroupId>) -> Self {
-        Self { kind, target: Some(target), group, to: None, uav: None }
+    pub(crate) fn of_track(kind: EventKind, track: TrackId, group: Option<GroupId>) -> Self {
+        Self { kind, track: Some(track), group, to: None, uav: None }
     }
 
     /// Something that happened to a group as a whole.
     pub(crate) fn of_group(kind: EventKind, group: GroupId) -> Self {
-        Self { kind, target: None, group: Some(group), to: None, uav: None }
+        Self { kind, track: None, group: Some(group), to: None, uav: None }
     }
 }
 

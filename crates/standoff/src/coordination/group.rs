@@ -2,142 +2,21 @@
 
 use nalgebra::{Matrix2, Vector6};
 
-use crate::coordination::assignment::Objective;
 use crate::coordination::event::EventKind;
-use crate::coordination::membership::Known;
-use crate::coordination::need::furthest_from;
+use crate::coordination::group_id::GroupId;
+use crate::coordination::memberships::Known;
+use crate::coordination::spread::{furthest_from, margin_m, spread_in, spread_of};
 use crate::estimation::group_centre::{
     Centroid, GroupCentre, mean_position_covariance, mean_state, relative_covariance,
 };
-use crate::frame::{Displacement, Position};
+use crate::estimation::track::TrackId;
+use crate::frame::Position;
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
 use crate::guidance::spacing::speed_floor_m_s;
-use crate::guidance::standoff_distance::{
-    Ramp, Spread, StandoffDistance, StandoffParams, moving_centre_limit_m, turn_limit_m,
-};
-use crate::param::{Allowed, ParamError, errors_of};
-use crate::target::{TargetId, TargetState, Transition};
-use crate::team::TeamParams;
+use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
+use crate::target::{TargetState, Transition};
+use crate::team::{CentreEstimate, GroupParams, OnMembershipChange, TeamParams};
 use crate::time::Duration;
-
-/// Identifies a group for as long as it lives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct GroupId(pub u32);
-
-/// What is added to the spread before the standoff distance is taken from it (16).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Margin {
-    /// Eq. (16) as printed: a squared Mahalanobis distance, dimensionless, added to metres.
-    Mahalanobis,
-    /// So many standard deviations of the furthest member's position relative to the centre, along the line between
-    /// them, from the members' fused covariances; metres. 1.645 is the one-sided 95 % quantile.
-    StandardDeviations(f64),
-}
-
-/// Where a group's centre is taken to be.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum CentreEstimate {
-    /// A filter of its own follows the centroid of the members' estimates (section II.C): it filters what is filtered
-    /// already.
-    #[default]
-    Filtered,
-    /// The centroid of the members' estimates itself, positions and velocities.
-    Centroid,
-}
-
-/// What happens to the centre when a group's members change and the centroid jumps.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum OnMembershipChange {
-    /// The centre moves by the jump, which is known exactly.
-    #[default]
-    Shift,
-    /// The filter takes the jump for an innovation, as the paper does.
-    Filter,
-}
-
-/// Parameters of groups.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroupParams {
-    /// Bounds of the orbit.
-    pub standoff: StandoffParams,
-    /// Margin d_m.
-    #[doc(alias = "d_m")]
-    pub margin: Margin,
-    /// Where the centre is.
-    pub centre: CentreEstimate,
-    /// Time constant with which the radius steered for follows r_d, s; at least 0; 0, as in the paper: at once.
-    pub smoothing_s: f64,
-    /// What a change of members does to the centre.
-    pub on_membership_change: OnMembershipChange,
-    /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius; above 0,
-    /// at most 1.
-    pub take_back_fraction: f64,
-    /// Limit xi_d of the discard by convergence, m2/s: a group whose UAVs' xi_th all stay below -xi_d loses its furthest
-    /// target; above 0.
-    #[doc(alias = "xi_d")]
-    pub convergence_limit_m2_s: f64,
-    /// For how long they must stay below it, s; at least 0.
-    pub convergence_patience_s: f64,
-    /// A target is handed over when another group's centroid is nearer by more than this, m; at least 0. The paper has
-    /// none.
-    pub handoff_margin_m: f64,
-    /// Shortest dwell T_hd of a handoff, s; at least 0.
-    pub dwell_min_s: f64,
-    /// Longest dwell, s; at least `dwell_min_s`; 0 switches the dwell off.
-    pub dwell_max_s: f64,
-    /// So often it is asked whether a group's UAVs could watch more targets by forming another, s; at least 0; 0
-    /// switches it off, as in the paper.
-    pub review_period_s: f64,
-    /// UAVs are not sent to targets that they cannot have within sensing range after this time, s; at least 0.
-    pub reach_ahead_s: f64,
-    /// What the assignment of UAVs to groups maximises.
-    pub objective: Objective,
-    /// What staying where it is counts for a UAV under the default objective, in ln det per target of its group: nobody
-    /// is moved in flight for less; at least 0. A UAV twice as far away tells 1.4 less.
-    pub assignment_inertia: f64,
-    /// Altitude of the lowest orbit above the plane, m; 1 to 20,000.
-    pub altitude_lowest_m: f64,
-    /// From one group's altitude to the next, m; 1 to 20,000.
-    pub altitude_step_m: f64,
-    /// Two UAVs of a group closer than this are reported, m; at least 0.
-    pub separation_alarm_m: f64,
-}
-
-impl GroupParams {
-    /// Every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = errors_of([("standoff", self.standoff.errors())]);
-        if let Margin::StandardDeviations(sds) = self.margin {
-            Allowed::at_least(0.0).at_most(100.0).check("margin_sds", sds, &mut errors);
-        }
-        let fraction = Allowed::above(0.0).at_most(1.0);
-        fraction.check("take_back_fraction", self.take_back_fraction, &mut errors);
-        Allowed::above(0.0).at_most(1e9).check("convergence_limit_m2_s", self.convergence_limit_m2_s, &mut errors);
-        Allowed::at_least(0.0).at_most(1e5).check("handoff_margin_m", self.handoff_margin_m, &mut errors);
-        let seconds = Allowed::at_least(0.0).at_most(3600.0);
-        seconds.check("convergence_patience_s", self.convergence_patience_s, &mut errors);
-        seconds.check("dwell_min_s", self.dwell_min_s, &mut errors);
-        Allowed::at_least(self.dwell_min_s).at_most(3600.0).because("not shorter than dwell_min_s").check(
-            "dwell_max_s",
-            self.dwell_max_s,
-            &mut errors,
-        );
-        seconds.check("smoothing_s", self.smoothing_s, &mut errors);
-        seconds.check("review_period_s", self.review_period_s, &mut errors);
-        seconds.check("reach_ahead_s", self.reach_ahead_s, &mut errors);
-        Allowed::at_least(0.0).at_most(100.0).check("assignment_inertia", self.assignment_inertia, &mut errors);
-        let altitude = Allowed::at_least(1.0).at_most(2e4);
-        altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
-        altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);
-        Allowed::at_least(0.0).at_most(1e4).check("separation_alarm_m", self.separation_alarm_m, &mut errors);
-        errors
-    }
-
-    /// Largest distance from the centre, without any margin, of a target that a group with room to spare holds, m.
-    pub(crate) fn reach_m(&self) -> f64 {
-        self.take_back_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread()
-    }
-}
 
 /// A group and its orbit at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,7 +28,7 @@ pub struct Group {
     /// The filtered centre.
     pub centre: GroupCentre,
     /// The member furthest from the centre.
-    pub furthest: TargetId,
+    pub furthest: TrackId,
     /// How far that is.
     pub spread: Spread,
     /// Margin d_m added to it, m.
@@ -196,13 +75,13 @@ impl Group {
         members: impl Iterator<Item = usize> + Clone,
         team: &TeamParams,
     ) -> Option<Self> {
-        let centroid = Centroid::of(members.clone().map(|index| known[index].track.estimate()))?;
+        let centroid = Centroid::of(members.clone().map(|index| known[index].estimate()))?;
         let mut group = Self {
             id,
             members: centroid.members,
             centre: GroupCentre::start(&centroid)?,
             // What the orbit is like follows below.
-            furthest: TargetId(0),
+            furthest: TrackId(0),
             spread: Spread::default(),
             margin_m: 0.0,
             standoff: StandoffDistance::default(),
@@ -231,7 +110,7 @@ impl Group {
         transition: &Transition,
         team: &TeamParams,
     ) -> Option<()> {
-        let estimates = members.clone().map(|index| known[index].track.estimate());
+        let estimates = members.clone().map(|index| known[index].estimate());
         let (centroid, n) = mean_state(estimates.clone())?;
         let centroid_m2 = mean_position_covariance(estimates.clone(), n);
         self.members = n;
@@ -269,16 +148,16 @@ impl Group {
         let (params, uav) = (&team.group, &team.uav);
         let at = self.centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
-        let spread = spread_of(&furthest.track.estimate().state, &at);
+        let spread = spread_of(&furthest.estimate().state, &at);
         let furthest_rel_centre = furthest.position() - at.position();
-        let relative_m2 = || relative_covariance(furthest.track.estimate(), centroid_m2, self.members);
+        let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
         let standoff = params.standoff.distance(spread, margin_m);
         let wanted = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,
             Lead::Predicted => {
                 let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
-                let states = members.map(|index| known[index].track.estimate().state);
+                let states = members.map(|index| known[index].estimate().state);
                 params.standoff.distance(spread_in(lead_s, states, &at), margin_m)
             }
         };
@@ -290,8 +169,7 @@ impl Group {
             .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
         self.smallest_m = standoff.unclamped_m.max(params.standoff.radius_min_m).max(self.turn_limit_m);
         self.largest_m = params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m);
-        (self.furthest, self.spread, self.margin_m, self.standoff) =
-            (furthest.track.target, spread, margin_m, standoff);
+        (self.furthest, self.spread, self.margin_m, self.standoff) = (furthest.track.id, spread, margin_m, standoff);
         Some(())
     }
 
@@ -308,7 +186,7 @@ impl Group {
         // Discarding a target makes no centre slower.
         self.threshold_m2_s = crew.clone().filter_map(threshold).reduce(f64::max);
         let longer = |past: Duration, still: bool| {
-            if still { Duration::from_us(past.us().saturating_add(dt.us())) } else { Duration::ZERO }
+            if still { past + dt } else { Duration::ZERO }
         };
         let centre_m_s = self.centre.estimate().state.velocity().speed_m_s();
         self.outrun = longer(self.outrun, centre_m_s > team.uav.speed_max_m_s());
@@ -370,65 +248,6 @@ impl Group {
 
 /// What the change of members alone moved the centroid, all else as it is now.
 fn membership_shift(known: &[Known], before: impl Iterator<Item = usize>, centroid: &TargetState) -> Vector6<f64> {
-    let old = mean_state(before.map(|index| known[index].track.estimate()));
+    let old = mean_state(before.map(|index| known[index].estimate()));
     old.map_or(Vector6::zeros(), |(old, _)| centroid.0 - old.0)
-}
-
-pub(crate) fn spread_of(furthest: &TargetState, centre: &TargetState) -> Spread {
-    let member_rel_centre = (furthest.position() - centre.position()).vector();
-    let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
-    let distance_m = (furthest.position() - centre.position()).length_m();
-    let rate_m_s = if distance_m > 0.0 { member_rel_centre.dot(&velocity_rel_centre) / distance_m } else { 0.0 };
-    Spread { distance_m, rate_m_s }
-}
-
-/// The largest spread of members about their centre `in_s` seconds from now, if they keep their velocities.
-fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &TargetState) -> Spread {
-    let later = |state: &TargetState| {
-        TargetState::new(state.position() + state.velocity() * in_s, state.velocity(), [0.0, 0.0])
-    };
-    let centre = later(centre);
-    let spreads = members.map(|member| spread_of(&later(&member), &centre));
-    spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
-}
-
-/// The margin d_m: printed (16), taken as if in metres, or metres from the covariance of the furthest member's position
-/// relative to the centroid, m2.
-///
-/// Implements Eq. (16).
-pub(crate) fn margin_m(
-    margin: Margin,
-    innovation_distance: f64,
-    relative_m2: impl FnOnce() -> Matrix2<f64>,
-    furthest_rel_centre: Displacement,
-) -> f64 {
-    match margin {
-        Margin::Mahalanobis => innovation_distance,
-        Margin::StandardDeviations(sds) => {
-            let distance_m = furthest_rel_centre.length_m();
-            if distance_m <= 0.0 {
-                return 0.0;
-            }
-            let towards = furthest_rel_centre.vector() / distance_m;
-            let variance = towards.dot(&(relative_m2() * towards));
-            sds * variance.max(0.0).sqrt()
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frame::Velocity;
-
-    /// One member stands at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110 m.
-    #[test]
-    fn the_expected_spread_is_that_of_whoever_will_be_furthest() {
-        let member =
-            |x_m, vx_m_s| TargetState::new(Position::from_m(x_m, 0.0), Velocity::from_m_s(vx_m_s, 0.0), [0.0, 0.0]);
-        let centre = TargetState::new(Position::ORIGIN, Velocity::ZERO, [0.0, 0.0]);
-        let spread = |in_s| spread_in(in_s, [member(-100.0, 0.0), member(90.0, 5.0)].into_iter(), &centre);
-        assert_eq!(spread(0.0), Spread { distance_m: 100.0, rate_m_s: 0.0 });
-        assert_eq!(spread(4.0), Spread { distance_m: 110.0, rate_m_s: 5.0 });
-    }
 }

@@ -7,10 +7,10 @@
 use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::frame::{Position, Velocity};
-use crate::message::Cue;
+use crate::message::{Cue, TargetLabel};
 use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::{RangeBearing, SensorParams};
-use crate::target::{TargetId, TargetParams, TargetState, Transition};
+use crate::target::{TargetParams, TargetState, Transition};
 use crate::time::{Duration, Time};
 
 /// Parameters of the tracks.
@@ -80,25 +80,32 @@ pub enum LossReason {
     Diverged,
 }
 
-/// One measurement of one target: from where, and what.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
-    /// The UAV that measured.
-    pub uav: Position,
-    /// What it measured.
-    pub measurement: RangeBearing,
+/// The team's own name for a track. What a sensor calls the target is the track's [`label`](Track::label); with labels, ids
+/// follow them, so that all who hear the same give the same ids.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TrackId(pub u32);
+
+impl TrackId {
+    /// The track of a labelled target.
+    pub fn of(label: TargetLabel) -> Self {
+        Self(label.0)
+    }
 }
 
 /// A target as the team knows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
-    /// Whose track it is.
-    pub target: TargetId,
+    /// Which track.
+    pub id: TrackId,
+    /// What sensors call the target.
+    pub label: TargetLabel,
     /// Where it is in its life.
     pub status: TrackStatus,
     filter: InformationFilter,
     /// How long it has been unseen where it should have been in view.
     missed: Duration,
+    /// How long it has been lost.
+    lost_for: Duration,
 }
 
 impl Track {
@@ -113,68 +120,66 @@ impl Track {
         if cue.time < now {
             filter.predict(&params.transition(now - cue.time));
         }
-        let track = Self { target: cue.target, status: TrackStatus::Cued, filter, missed: Duration::ZERO };
-        filter.is_sound().then_some(track)
+        filter.is_sound().then_some(Self::start(cue.label, TrackStatus::Cued, filter))
     }
 
-    /// Starts a track from the first look, and takes in the others; `None` for no looks, or for
-    /// one so much sharper along than across that numbers do not hold both.
-    pub fn from_looks(target: TargetId, looks: &[Look], params: &TrackParams) -> Option<Self> {
-        let (first, others) = looks.split_first()?;
-        let (position, covariance) = params.sensor.converted(first.uav, &first.measurement);
+    /// Starts a track from measurements of one instant, each with the position of the UAV that made it: from the first,
+    /// then updated with the others. `None` for none, or for one so much sharper along than across that numbers do not
+    /// hold both.
+    pub fn from_measurements(
+        label: TargetLabel,
+        measurements: impl IntoIterator<Item = (Position, RangeBearing)>,
+        params: &TrackParams,
+    ) -> Option<Self> {
+        let mut measurements = measurements.into_iter();
+        let (uav, first) = measurements.next()?;
+        let (position, covariance) = params.sensor.converted(uav, &first);
         let velocity_variance = params.start_velocity_sd_m_s * params.start_velocity_sd_m_s;
         let start = start_filter(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
         let mut estimate = *start.estimate();
         estimate.covariance = estimate.covariance.with_position(&covariance);
         let mut filter = InformationFilter::new(estimate).filter(|_| is_well_posed(&estimate.covariance.matrix()))?;
-        filter.update(&fused(&params.sensor, others, position));
-        let track = Self { target, status: TrackStatus::Held, filter, missed: Duration::ZERO };
-        filter.is_sound().then_some(track)
-    }
-
-    /// Carries the track on by an instant: predicted, then updated with every look of that instant.
-    ///
-    /// `should_be_seen` judges from the predicted position and its uncertainty (m) whether some sensor had it in plain
-    /// view. A lost track starts again from the looks, or stays as it is.
-    pub fn advance(
-        &mut self,
-        transition: &Transition,
-        looks: &[Look],
-        should_be_seen: impl Fn(Position, f64) -> bool,
-        params: &TrackParams,
-    ) {
-        if self.is_lost() {
-            *self = Self::from_looks(self.target, looks, params).unwrap_or(*self);
-            return;
+        let mut sum = Contribution::default();
+        for (uav, z) in measurements {
+            sum += Contribution::of_measurement(&params.sensor, uav, &z, position);
         }
-        let before = *self;
-        self.predict(transition);
-        let at = self.filter.estimate().state.position();
-        let told = (!looks.is_empty()).then(|| fused(&params.sensor, looks, at));
-        self.conclude(&before, told.as_ref(), transition.dt, should_be_seen, params);
+        filter.update(&sum);
+        filter.is_sound().then_some(Self::start(label, TrackStatus::Held, filter))
     }
 
-    /// The first part of [`Self::advance`]: predicts. A lost track stays as it is.
+    fn start(label: TargetLabel, status: TrackStatus, filter: InformationFilter) -> Self {
+        Self { id: TrackId::of(label), label, status, filter, missed: Duration::ZERO, lost_for: Duration::ZERO }
+    }
+
+    /// Carries the track on over a time step, without a measurement. A lost track stays as it is.
     #[inline]
-    pub(crate) fn predict(&mut self, transition: &Transition) {
-        if !self.is_lost() {
+    pub fn predict(&mut self, transition: &Transition) {
+        if self.is_lost() {
+            self.lost_for = self.lost_for + transition.dt;
+        } else {
             self.filter.predict(transition);
         }
     }
 
-    /// The second part of [`Self::advance`], of a track that is not lost: updates with what all looks told, or coasts.
-    /// `before` is the track before both parts, `dt` the time since then.
+    /// Takes in what all measurements of the instant say together, linearised about the predicted position; `None`: there
+    /// is none, so it coasts. `before` is the track before [`Self::predict`], `dt` the time since then.
+    ///
+    /// `should_be_seen` judges from the predicted position and its uncertainty (m) whether some sensor had it in plain
+    /// view. A lost track stays as it is: [`Self::from_measurements`] starts it again.
     #[inline]
-    pub(crate) fn conclude(
+    pub fn update(
         &mut self,
         before: &Self,
-        told: Option<&Contribution>,
+        measured: Option<&Contribution>,
         dt: Duration,
         should_be_seen: impl Fn(Position, f64) -> bool,
         params: &TrackParams,
     ) {
-        if let Some(told) = told {
-            self.filter.update(told);
+        if self.is_lost() {
+            return;
+        }
+        if let Some(measured) = measured {
+            self.filter.update(measured);
             (self.status, self.missed) = (TrackStatus::Held, Duration::ZERO);
         } else {
             self.coast(dt, should_be_seen, params);
@@ -188,7 +193,7 @@ impl Track {
         let sd_m = self.estimate().position_sd_max_m();
         // One standard deviation of clearance: the orbit leaves room for that much about its furthest member.
         if should_be_seen(self.estimate().state.position(), sd_m) {
-            self.missed = Duration::from_us(self.missed.us().saturating_add(dt.us()));
+            self.missed = self.missed + dt;
         }
         self.status = match self.status {
             _ if sd_m > params.lost_position_sd_m => TrackStatus::Lost(LossReason::Widened),
@@ -198,26 +203,25 @@ impl Track {
         };
     }
 
+    #[cfg(test)]
+    pub(crate) fn give_up(&mut self) {
+        self.status = TrackStatus::Lost(LossReason::Vanished);
+    }
+
     /// The track has been given up.
     pub fn is_lost(&self) -> bool {
         matches!(self.status, TrackStatus::Lost(_))
+    }
+
+    /// For how long it has been lost; zero while it is not.
+    pub fn lost_for(&self) -> Duration {
+        self.lost_for
     }
 
     /// Mean and covariance (of a lost track: the last ones).
     pub fn estimate(&self) -> &Estimate {
         self.filter.estimate()
     }
-}
-
-/// The sum of what all looks say.
-///
-/// Implements the sums of Eq. (10), (11); their order is the looks' order.
-fn fused(sensor: &SensorParams, looks: &[Look], linearised_at: Position) -> Contribution {
-    let mut sum = Contribution::default();
-    for look in looks {
-        sum += Contribution::of_measurement(sensor, look.uav, &look.measurement, linearised_at);
-    }
-    sum
 }
 
 fn start_filter(
@@ -258,7 +262,7 @@ mod tests {
 
     fn cue() -> Cue {
         Cue {
-            target: TargetId(7),
+            label: TargetLabel(7),
             time: Time::START,
             position: Position::from_m(100.0, 50.0),
             velocity: Velocity::from_m_s(10.0, 0.0),
@@ -267,15 +271,22 @@ mod tests {
         }
     }
 
-    fn look(truth: Position) -> Look {
+    fn look(truth: Position) -> (Position, RangeBearing) {
         let uav = Position::from_m(-200.0, -100.0);
-        Look { uav, measurement: measure(uav, truth) }
+        (uav, measure(uav, truth))
     }
 
-    fn advanced(track: &Track, looks: &[Look], should_be_seen: bool) -> Track {
-        let mut track = *track;
-        track.advance(&transition(), looks, |_, _| should_be_seen, &params());
-        track
+    fn advanced(track: &Track, looks: &[(Position, RangeBearing)], should_be_seen: bool) -> Track {
+        let (mut advanced, params) = (*track, params());
+        advanced.predict(&transition());
+        let predicted = advanced.estimate().state.position();
+        let of = |(uav, z): &(Position, RangeBearing)| Contribution::of_measurement(&params.sensor, *uav, z, predicted);
+        let sum = looks.iter().map(of).reduce(|mut sum, contribution| {
+            sum += contribution;
+            sum
+        });
+        advanced.update(track, sum.as_ref(), transition().dt, |_, _| should_be_seen, &params);
+        advanced
     }
 
     fn transition() -> Transition {
@@ -316,17 +327,19 @@ mod tests {
         }
         assert_eq!(track.status, TrackStatus::Lost(LossReason::Widened));
         assert!(coasted_s > 15.0, "lost after {coasted_s} s");
+        assert_eq!(track.lost_for(), Duration::ZERO);
         let frozen = advanced(&track, &[], false);
-        assert_eq!(frozen, track);
+        assert_eq!((frozen.estimate(), frozen.status), (track.estimate(), track.status));
+        assert_eq!(frozen.lost_for(), transition().dt);
         let truth = Position::from_m(500.0, 500.0);
-        let again = advanced(&track, &[look(truth), look(truth)], true);
+        let again = Track::from_measurements(track.label, [look(truth), look(truth)], &params()).unwrap();
         assert_eq!(again.status, TrackStatus::Held);
         assert!(again.estimate().state.position().distance_m(truth) < 1.0);
     }
 
     #[test]
     fn unseen_in_plain_view_a_track_is_soon_lost() {
-        let held = Track::from_looks(TargetId(7), &[look(Position::from_m(110.0, 50.0))], &params()).unwrap();
+        let held = Track::from_measurements(TargetLabel(7), [look(Position::from_m(110.0, 50.0))], &params()).unwrap();
         let mut track = held;
         for step in 1..=10 {
             assert!(!track.is_lost(), "step {step}");

@@ -180,7 +180,7 @@ pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: 
 }
 
 /// Where a UAV is about the orbit it is to fly, and the field there: worked out once for all who ask.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OnOrbit {
     pub(crate) orbit: Orbit,
     /// Direction from the centre to the UAV.

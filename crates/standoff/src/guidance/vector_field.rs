@@ -110,7 +110,7 @@ impl VectorField {
 }
 
 /// A field at one distance from the centre: its components, radial and tangential, up to a common positive factor.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FieldAt {
     field: VectorField,
     pub(crate) r_m: f64,

@@ -49,12 +49,37 @@ pub fn scan_of(scan: &OwnedScan) -> Scan<'_> {
     Scan { boresight: scan.0, detections: &scan.1 }
 }
 
-/// What all UAVs, by ascending id, say to a fleet.
-pub fn said<'a>(
-    states: &'a [UavState],
-    scans: &'a [OwnedScan],
-) -> impl Iterator<Item = (UavId, &'a UavState, Scan<'a>)> {
-    (0..).zip(states).zip(scans).map(|((id, state), scan)| (UavId(id), state, scan_of(scan)))
+/// A whole instant of an agent: observed, heard, decided.
+pub fn step(agent: &mut Agent, now: Time, own: &UavState, scan: Scan, inbox: &[Message]) -> Step {
+    let observation = agent.observe(now, own, Some(scan));
+    inbox.iter().for_each(|message| agent.hear(&observation, message));
+    agent.decide(&observation)
+}
+
+/// What an agent would say of a scan.
+pub fn report(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Option<Report> {
+    let mut agent = agent.clone();
+    let observation = agent.observe(now, own, Some(scan));
+    match agent.outbox(&observation) {
+        [Message::Report(report)] => Some(report.clone()),
+        _ => None,
+    }
+}
+
+/// A fleet takes in where all UAVs are, by ascending id, and what they and others say.
+pub fn observe_all(
+    fleet: &mut Fleet,
+    now: Time,
+    states: &[UavState],
+    scans: &[OwnedScan],
+    cues: &[Message],
+) -> Vec<Observation> {
+    let observe = |((id, state), scan)| fleet.observe(now, UavId(id), state, Some(scan_of(scan)));
+    let observed: Vec<_> = (0..).zip(states).zip(scans).map(observe).collect();
+    for cue in cues.iter().filter(|message| matches!(message, Message::Cue(_))) {
+        fleet.hear(&observed[0], cue);
+    }
+    observed
 }
 
 impl Team {
@@ -100,8 +125,8 @@ impl Team {
                 continue;
             };
             let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
-            let target = TargetId(id);
-            inbox.push(Message::Cue(Cue { target, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
+            let label = TargetLabel(id);
+            inbox.push(Message::Cue(Cue { label, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
             self.cued[id as usize] = true;
         }
         let mut scans = Vec::new();
@@ -112,12 +137,12 @@ impl Team {
                 let Some((position, _)) = (self.motion)(id, now) else { continue };
                 if boresight.is_some_and(|boresight| sensor.in_view(state.position, boresight, position)) {
                     let measurement = sensor::measure(state.position, position);
-                    detections.push(Detection { target: TargetId(id), measurement });
+                    detections.push(Detection { label: TargetLabel(id), measurement });
                 }
             }
             let scan = Scan { boresight, detections: &detections };
             if !self.silent.contains(&self.agents[index].id()) {
-                inbox.push(Message::Report(self.agents[index].report(now, state, scan)));
+                inbox.extend(report(&self.agents[index], now, state, scan).map(Message::Report));
             }
             scans.push((boresight, detections));
         }
@@ -141,8 +166,8 @@ impl Team {
     /// What follows once all have spoken: every agent decides, and its UAV flies.
     pub fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) {
         for (index, agent) in self.agents.iter_mut().enumerate() {
-            let step = agent.step(now, &self.states[index], scan_of(&scans[index]), inbox);
-            self.commands[index] = step.command.command;
+            let step = step(agent, now, &self.states[index], scan_of(&scans[index]), inbox);
+            self.commands[index] = step.command;
             self.look_at[index] = step.look_at;
         }
         self.fly(now);

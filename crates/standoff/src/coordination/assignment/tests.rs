@@ -1,5 +1,8 @@
 use super::search::{Search, matching, search};
 use super::*;
+
+/// Table I's.
+const INERTIA: f64 = 0.5;
 use crate::frame::Displacement;
 
 fn sensor() -> SensorParams {
@@ -61,11 +64,11 @@ impl World {
     }
 
     fn problem(&self) -> Problem {
-        Problem::new(&self.uavs, &self.sites(), &sensor())
+        Problem::new(&self.uavs, &self.sites(), &sensor(), INERTIA)
     }
 
     fn groups_assigned(&self, objective: Objective) -> Vec<usize> {
-        let duties = assign(&self.uavs, &self.sites(), &sensor(), objective);
+        let duties = assign(&self.uavs, &self.sites(), &sensor(), objective, INERTIA);
         assert!(duties.iter().map(|duty| duty.uav).eq(self.uavs.iter().map(|hand| hand.uav)));
         duties.iter().map(|duty| duty.group.0 as usize).collect()
     }
@@ -180,8 +183,8 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
             assert_eq!(sizes.filter(|size| *size > 0).count(), n.min(g));
         }
     }
-    assert_eq!(assign(&[], &World::new(0, 1, 1, &mut draw).sites(), &sensor(), Objective::LogDet), []);
-    assert_eq!(assign(&[hand(0, Position::ORIGIN)], &[], &sensor(), Objective::Printed), []);
+    assert_eq!(assign(&[], &World::new(0, 1, 1, &mut draw).sites(), &sensor(), Objective::LogDet, INERTIA), []);
+    assert_eq!(assign(&[hand(0, Position::ORIGIN)], &[], &sensor(), Objective::Printed, INERTIA), []);
 }
 
 #[test]

@@ -1,17 +1,18 @@
-//! What an orbit about a set of targets needs.
+//! The orbit that a set of targets would require.
 
-use crate::coordination::group::{GroupParams, margin_m, spread_of};
-use crate::coordination::membership::Known;
+use crate::coordination::memberships::Known;
+use crate::coordination::spread::{furthest_from, margin_m, spread_of};
 use crate::estimation::group_centre::{mean_position_covariance, mean_state, relative_covariance};
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::target::TargetState;
+use crate::team::GroupParams;
 
-/// What an orbit about a set of targets needs, by their centroid. With the printed margin (16) none is taken: it jumps
+/// The orbit that a set of targets would require, by their centroid. With the printed margin (16) none is taken: it jumps
 /// with every change of members.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Need {
+pub(crate) struct RequiredOrbit {
     members: u32,
     centroid: TargetState,
     /// The place of the target furthest from the centroid.
@@ -20,14 +21,14 @@ pub(crate) struct Need {
     pub(crate) standoff: StandoffDistance,
 }
 
-impl Need {
+impl RequiredOrbit {
     /// `None` for no targets.
     pub(crate) fn of(
         known: &[Known],
         places: impl Iterator<Item = usize> + Clone,
         params: &GroupParams,
     ) -> Option<Self> {
-        let estimate = |index: usize| known[index].track.estimate();
+        let estimate = |index: usize| known[index].estimate();
         let (centroid, members) = mean_state(places.clone().map(estimate))?;
         let centre = centroid.position();
         let furthest = furthest_from(centre, known, places.clone())?;
@@ -60,17 +61,4 @@ impl Need {
     pub(crate) fn orbit(&self) -> Orbit {
         Orbit::about(&self.centroid, &self.standoff, Ramp::from(&self.standoff))
     }
-}
-
-/// The place of the target furthest from a centre; of equally far ones the last.
-///
-/// Equal is what rounding may have made unequal: both of a pair are as far from their centroid, and which way their line
-/// lies must not decide between them.
-pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
-    let squared = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
-    let furthest = squared.reduce(|(most_m2, furthest), (squared_m2, index)| {
-        let is_as_far = squared_m2 >= most_m2 * (1.0 - 1e-9);
-        (most_m2.max(squared_m2), if is_as_far { index } else { furthest })
-    });
-    furthest.map(|(_, index)| index)
 }

@@ -1,20 +1,21 @@
 use super::*;
-use crate::coordination::group::Margin;
+use crate::angle::Angle;
+use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OnOrbit;
-use crate::message::Cue;
-use crate::target::TargetId;
+use crate::message::{Cue, TargetLabel};
+use crate::team::Margin;
+use crate::uav::{UavId, UavState};
 
 /// Targets on known positions, groups without UAVs' motion: a world in which only memberships change.
 struct World {
-    known: Vec<Known>,
-    on_duty: Vec<OnDuty>,
+    memberships: Memberships,
+    team: Vec<Teammate>,
     params: TeamParams,
     previous: Vec<Group>,
     tick: i64,
-    next_group: u32,
-    next_review: Time,
-    buffers: Buffers,
+    agenda: Agenda,
+    room: Room,
 }
 
 impl World {
@@ -26,48 +27,53 @@ impl World {
             speed_m_s: 40.0,
             turn_rate_rad_s: 0.0,
         };
-        let on_duty = |id| OnDuty { uav: UavId(id), group: None, state, boresight: Some(Angle::from_deg(90.0)) };
+        let boresight = Some(Angle::from_deg(90.0));
+        let mate = |id| Teammate { uav: UavId(id), state, is_heard: true, boresight, group: None };
         let mut params = TeamParams::table_1();
         params.group.handoff_margin_m = 0.0;
         // A field of view so wide that all is always seen; what is seen is tested by itself.
         params.track.sensor.field_of_view_rad = crate::math::TAU;
         params.track.sensor.sensing_range_m = 1e5;
         params.group.margin = Margin::StandardDeviations(0.0);
+        let mut memberships = Memberships::default();
+        (0..).zip(x_m).for_each(|(id, x_m)| memberships.start(track(id, *x_m)));
         Self {
-            known: (0..).zip(x_m).map(|(id, x_m)| Known::unassigned(track(id, *x_m))).collect(),
-            on_duty: (0..uavs).map(on_duty).collect(),
+            memberships,
+            team: (0..uavs).map(mate).collect(),
             params,
             previous: Vec::new(),
             tick: 0,
-            next_group: 0,
-            next_review: Time::START,
-            buffers: Buffers::default(),
+            agenda: Agenda::default(),
+            room: Room::default(),
         }
     }
 
     /// Settles half a second later; gives what happened.
     fn settle(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
-        let tracks: Vec<Track> = self.known.iter().map(|known| known.track).collect();
-        self.buffers.roster.fill(&self.known);
+        let tracks: Vec<Track> = self.memberships.known().iter().map(|known| known.track).collect();
         Settling {
             now: Time::from_us(self.tick * 500_000),
-            known: &mut self.known,
+            memberships: &mut self.memberships,
+            agenda: &mut self.agenda,
             previous: &self.previous,
-            on_duty: &self.on_duty,
+            team: &self.team,
             params: &self.params,
-            next_group: &mut self.next_group,
-            next_review: &mut self.next_review,
             events: &mut events,
-            buffers: &mut self.buffers,
+            room: &mut self.room,
         }
         .settle();
         self.tick += 1;
         assert!(
-            self.known.iter().zip(tracks).all(|(known, track)| known.track == track),
+            self.memberships.known().iter().zip(tracks).all(|(known, track)| known.track == track),
             "a membership is no estimate"
         );
         events
+    }
+
+    /// A target appears.
+    fn appear(&mut self, id: u32, x_m: f64) {
+        self.memberships.start(track(id, x_m));
     }
 
     /// Settles; gives the kinds of events.
@@ -76,27 +82,27 @@ impl World {
     }
 
     fn place(&mut self, id: u32, x_m: f64) {
-        self.known[id as usize].track = track(id, x_m);
+        *self.memberships.track_mut(id as usize) = track(id, x_m);
     }
 
     /// Members of each group by id, those in dwell to it included.
     fn groups(&self) -> Vec<(u32, Vec<u32>)> {
         let members = |id| {
-            let belongs = |known: &&Known| known.groups().any(|group| group == GroupId(id));
-            self.known.iter().filter(belongs).map(|known| known.track.target.0).collect::<Vec<_>>()
+            let belongs = |known: &&Known| known.membership.groups().any(|group| group == GroupId(id));
+            self.memberships.known().iter().filter(belongs).map(|known| known.track.id.0).collect::<Vec<_>>()
         };
-        (0..self.next_group).map(|id| (id, members(id))).filter(|(_, members)| !members.is_empty()).collect()
+        (0..self.agenda.next_group).map(|id| (id, members(id))).filter(|(_, members)| !members.is_empty()).collect()
     }
 
     /// The first group, as if it had just been founded.
     fn first_group(&self) -> Group {
-        Group::found(GroupId(0), &self.known, self.buffers.roster.of(GroupId(0)), &self.params).unwrap()
+        Group::found(GroupId(0), self.memberships.known(), self.memberships.of(GroupId(0)), &self.params).unwrap()
     }
 
     /// Every UAV serves the group that its id, halved, counts to.
     fn in_pairs(mut self) -> Self {
-        for duty in &mut self.on_duty {
-            duty.group = Some(GroupId(duty.uav.0 / 2));
+        for mate in &mut self.team {
+            mate.group = Some(GroupId(mate.uav.0 / 2));
         }
         self
     }
@@ -104,7 +110,7 @@ impl World {
 
 fn cue(id: u32, x_m: f64) -> Cue {
     Cue {
-        target: TargetId(id),
+        label: TargetLabel(id),
         time: Time::START,
         position: Position::from_m(x_m, 0.0),
         velocity: Velocity::ZERO,
@@ -160,7 +166,7 @@ fn the_furthest_is_discarded_where_the_orbit_runs_away() {
     world.previous = vec![form(&world, 3.5)];
     let events = world.settle();
     assert_eq!(events.len(), 1, "{events:?}");
-    assert_eq!((events[0].kind.name(), events[0].target), ("discarded", Some(TargetId(2))));
+    assert_eq!((events[0].kind.name(), events[0].track), ("discarded", Some(TrackId(2))));
     let EventKind::DiscardedDiverging { threshold_m2_s, .. } = events[0].kind else { panic!("{events:?}") };
     assert_eq!(threshold_m2_s, -9000.0);
 }
@@ -191,7 +197,10 @@ fn a_target_that_drives_over_is_handed_over() {
     let EventKind::HandoffRequested { dwell_s } = events[0].kind else { panic!("{events:?}") };
     assert!((3.0..30.0).contains(&dwell_s), "{dwell_s}");
     assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![2, 3, 4])]);
-    assert_eq!((world.known[2].group(), world.known[2].receiving_group()), (Some(GroupId(0)), Some(GroupId(1))));
+    assert_eq!(
+        (world.memberships.known()[2].group(), world.memberships.known()[2].receiving_group()),
+        (Some(GroupId(0)), Some(GroupId(1)))
+    );
     let mut waited_s = 0.5;
     while waited_s < dwell_s {
         assert_eq!(world.kinds(), [""; 0], "after {waited_s} s");
@@ -277,8 +286,8 @@ fn a_dwell_ends_early_where_an_orbit_cannot_hold_both() {
 fn a_newcomer_joins_if_it_fits_and_stays_outside_if_not() {
     let mut world = World::new(2, &[0.0, 100.0]);
     world.settle();
-    world.known.push(Known::unassigned(track(2, 300.0)));
-    world.known.push(Known::unassigned(track(3, 3000.0)));
+    world.appear(2, 300.0);
+    world.appear(3, 3000.0);
     assert_eq!((world.kinds(), world.groups()), (vec!["joined"], vec![(0, vec![0, 1, 2])]));
 }
 
@@ -288,14 +297,17 @@ fn a_newcomer_out_of_view_is_received_when_it_is_seen() {
     let mut world = World::new(2, &[0.0, 100.0]).in_pairs();
     world.settle();
     world.params.track.sensor.sensing_range_m = 10.0;
-    world.known.push(Known::unassigned(track(2, 300.0)));
+    world.appear(2, 300.0);
     assert_eq!(world.kinds(), ["joined"]);
-    assert_eq!((world.known[2].group(), world.known[2].receiving_group()), (None, Some(GroupId(0))));
+    assert_eq!(
+        (world.memberships.known()[2].group(), world.memberships.known()[2].receiving_group()),
+        (None, Some(GroupId(0)))
+    );
     world.params.track.sensor.sensing_range_m = 1e5;
-    assert_eq!((world.kinds(), world.known[2].group()), (vec![], Some(GroupId(0))));
+    assert_eq!((world.kinds(), world.memberships.known()[2].group()), (vec![], Some(GroupId(0))));
     // One that is never seen is left out in the end.
     world.params.track.sensor.sensing_range_m = 10.0;
-    world.known.push(Known::unassigned(track(3, 310.0)));
+    world.appear(3, 310.0);
     let kinds: Vec<_> = (0..62).flat_map(|_| world.kinds()).collect();
     assert_eq!(kinds[..2], ["joined", "left-out"]);
 }
@@ -306,7 +318,7 @@ fn with_uavs_to_spare_the_widest_group_splits() {
     let mut world = World::new(4, &[0.0]).in_pairs();
     world.settle();
     for (id, x_m) in [(1, 300.0), (2, 310.0)] {
-        world.known.push(Known::unassigned(track(id, x_m)));
+        world.appear(id, x_m);
     }
     assert_eq!(world.kinds(), ["joined", "joined", "regrouped", "group-founded"]);
     assert_eq!(world.groups(), [(0, vec![1, 2]), (1, vec![0])]);
@@ -318,7 +330,7 @@ fn with_fewer_uavs_the_smallest_group_ends() {
     let mut world = World::new(4, &[0.0, 100.0, 500.0]);
     world.settle();
     assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2])]);
-    world.on_duty.truncate(2);
+    world.team.truncate(2);
     assert_eq!(world.kinds(), ["group-dissolved", "left-out", "joined"]);
     assert_eq!(world.groups(), [(0, vec![0, 1, 2])]);
 }
@@ -332,7 +344,7 @@ fn uavs_go_where_more_can_be_watched() {
         world.params.track.sensor.sensing_range_m = 1200.0;
         world.settle();
         for id in 2..6 {
-            world.known.push(Known::unassigned(track(id, x_m + 10.0 * f64::from(id))));
+            world.appear(id, x_m + 10.0 * f64::from(id));
         }
         let mut kinds: Vec<_> = (0..59).flat_map(|_| world.kinds()).collect();
         assert_eq!(kinds, [""; 0]);
@@ -353,7 +365,7 @@ fn a_group_that_a_neighbour_can_hold_makes_way() {
     let mut world = World::new(4, &[0.0, 30.0, 130.0, 160.0]).in_pairs();
     world.settle();
     assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2, 3])]);
-    world.known.push(Known::unassigned(track(4, 1000.0)));
+    world.appear(4, 1000.0);
     let events: Vec<_> = (0..65).flat_map(|_| world.settle()).collect();
     let kinds: Vec<_> = events.iter().map(|event| event.kind.name()).collect();
     assert_eq!(kinds, ["group-dissolved", "regrouped", "regrouped", "joined", "group-founded"]);
@@ -387,20 +399,20 @@ fn the_fastest_is_discarded_where_the_group_outruns_the_uavs() {
         Track::from_cue(&cue, &TeamParams::table_1().track, Time::START).unwrap()
     };
     for (id, speed_m_s) in [(0, 80.0), (1, 10.0), (2, 90.0)] {
-        world.known[id as usize].track = fast(id, 30.0 * f64::from(id), speed_m_s);
+        *world.memberships.track_mut(id as usize) = fast(id, 30.0 * f64::from(id), speed_m_s);
     }
     let mut group = world.first_group();
     for _ in 0..7 {
         let (guidance, orbit) = (&world.params.guidance, group.orbit(&world.params));
-        let place = |duty: &OnDuty| (duty.state.position, OnOrbit::of(guidance, duty.state.position, &orbit));
-        let crew: Vec<_> = world.on_duty.iter().map(place).collect();
+        let place = |mate: &Teammate| (mate.state.position, OnOrbit::of(guidance, mate.state.position, &orbit));
+        let crew: Vec<_> = world.team.iter().map(place).collect();
         let crew = crew.iter().map(|(position, on_orbit)| (*position, on_orbit));
         group.judge(crew, Duration::from_s(0.5), &world.params);
     }
     assert_eq!(group.outrun, Duration::from_s(3.5));
     world.previous = vec![group];
     let events = world.settle();
-    assert_eq!((events.len(), events[0].kind.name(), events[0].target), (1, "discarded", Some(TargetId(2))));
+    assert_eq!((events.len(), events[0].kind.name(), events[0].track), (1, "discarded", Some(TrackId(2))));
     assert!(matches!(events[0].kind, EventKind::DiscardedTooFast { speed_m_s: 90.0, .. }), "{events:?}");
     // It is not taken back while it is that fast.
     world.previous.clear();

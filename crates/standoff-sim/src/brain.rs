@@ -1,0 +1,144 @@
+//! The seam between the simulator and whoever flies the UAVs: the product, or a brain of your own.
+//!
+//! At every instant each UAV observes, then each hears what the others said, then each decides. `docs/brains.md` walks
+//! through a brain of one's own, which `examples/follower.rs` flies.
+
+use standoff::{
+    Agent, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
+};
+
+use crate::frame::{Frame, Reported};
+use crate::rows;
+use crate::scenario::Minds;
+
+/// A team's brain, or the brains of its UAVs: what a mission asks at every instant, of every UAV, in this order.
+///
+/// Nothing in it lives as long as a scenario or a mission: what comes in is borrowed for the call, what goes out is owned,
+/// or written where the caller says.
+pub trait Brain {
+    /// A UAV at an instant: where it believes itself to be, and what its sensor measured; `None`: it is out, and neither
+    /// looks nor speaks, but hears.
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>);
+
+    /// What a UAV has to say of what it observed last; the radio carries it to the others, except of a UAV that is out.
+    /// Brains that need no radio say nothing.
+    fn outbox(&self, _uav: UavId) -> &[Message] {
+        &[]
+    }
+
+    /// A UAV hears a message of this instant: a teammate's report, or a cue.
+    fn hear(&mut self, uav: UavId, message: &Message);
+
+    /// What a UAV is to do until the next instant. A command outside the limits is flown at the limit, one without a number
+    /// straight on at nominal speed.
+    fn decide(&mut self, uav: UavId) -> Step;
+
+    /// Which rows [`Self::report`] writes: what is not reported is not scored.
+    fn reported(&self) -> Reported {
+        Reported::NOTHING
+    }
+
+    /// Writes what the team believes and intends into the frame of this instant: rows of tracks, groups and events, each by
+    /// ascending id. The rest of the frame is the simulator's.
+    fn report(&self, _frame: &mut Frame) {}
+}
+
+/// The product as a brain; all parameters that are out of range are reported at once.
+pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain>, Vec<ParamError>> {
+    let ids = (0..).map(UavId).take(uavs);
+    Ok(match minds {
+        Minds::One => Box::new(One { fleet: Fleet::new(team)?, observed: Vec::new() }),
+        Minds::Each => {
+            let agents = ids.map(|uav| Agent::new(uav, team)).collect::<Result<_, _>>()?;
+            Box::new(Each { agents, observed: Vec::new() })
+        }
+    })
+}
+
+/// The last observation of each UAV, by id.
+type Observed = Vec<Option<Observation>>;
+
+fn keep(observed: &mut Observed, observation: Observation) {
+    let place = observation.uav().0 as usize;
+    if place >= observed.len() {
+        observed.resize(place + 1, None);
+    }
+    observed[place] = Some(observation);
+}
+
+fn last(observed: &Observed, uav: UavId) -> Option<&Observation> {
+    observed.get(uav.0 as usize)?.as_ref()
+}
+
+/// What is answered for a UAV that never observed.
+const IDLE: Step = Step::of(Command { speed_m_s: 0.0, turn_rate_rad_s: 0.0 });
+
+/// One mind for the whole team: its radio is perfect, so one picture serves all.
+struct One {
+    fleet: Fleet,
+    observed: Observed,
+}
+
+impl Brain for One {
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        let observation = self.fleet.observe(now, uav, own, scan);
+        keep(&mut self.observed, observation);
+    }
+
+    /// Whatever one hears, all have heard.
+    fn hear(&mut self, uav: UavId, message: &Message) {
+        if let Some(observation) = last(&self.observed, uav).filter(|_| uav.0 == 0) {
+            self.fleet.hear(observation, message);
+        }
+    }
+
+    fn decide(&mut self, uav: UavId) -> Step {
+        last(&self.observed, uav).map_or(IDLE, |observation| self.fleet.decide(observation))
+    }
+
+    fn reported(&self) -> Reported {
+        Reported::ALL
+    }
+
+    fn report(&self, frame: &mut Frame) {
+        rows::picture(self.fleet.picture(), frame);
+    }
+}
+
+/// A mind for each UAV, by id. With a perfect radio all have the same picture, so the first one's is recorded.
+struct Each {
+    agents: Vec<Agent>,
+    observed: Observed,
+}
+
+impl Brain for Each {
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
+            keep(&mut self.observed, agent.observe(now, own, scan));
+        }
+    }
+
+    fn outbox(&self, uav: UavId) -> &[Message] {
+        last(&self.observed, uav).map_or(&[], |observation| self.agents[uav.0 as usize].outbox(observation))
+    }
+
+    fn hear(&mut self, uav: UavId, message: &Message) {
+        if let Some(observation) = last(&self.observed, uav) {
+            self.agents[uav.0 as usize].hear(observation, message);
+        }
+    }
+
+    fn decide(&mut self, uav: UavId) -> Step {
+        last(&self.observed, uav).map_or(IDLE, |observation| self.agents[uav.0 as usize].decide(observation))
+    }
+
+    fn reported(&self) -> Reported {
+        Reported::ALL
+    }
+
+    fn report(&self, frame: &mut Frame) {
+        if let Some(first) = self.agents.first() {
+            rows::picture(first.picture(), frame);
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! Who belongs to which group: founding, taking in, handoff and discard (section IV).
+//!
+//! Groups are founded by clustering (30); from then on clustering only proposes. Where it wants a target in another
+//! group, a handoff is requested: the target belongs to both groups for the dwell (34). The furthest target is
+//! discarded while no orbit holds it (section IV.B.2, by range), or where the orbit with it runs away from the UAVs (by
+//! convergence, Lemma 3.1). A target outside all groups keeps its track; the nearest group takes it in when its orbit
+//! has room to spare, so that a target on the limit does not come and go. The paper leaves it lost.
+
+mod founding;
+mod handing_over;
+#[cfg(test)]
+mod tests;
+
+use crate::coordination::clustering::{Clusters, group_count};
+use crate::coordination::event::{CompletionReason, DissolutionReason, Event, EventKind, WithdrawalReason};
+use crate::coordination::group::Group;
+use crate::coordination::group_id::GroupId;
+use crate::coordination::handoff::Handoff;
+use crate::coordination::memberships::{Known, Membership, Memberships};
+use crate::coordination::required_orbit::RequiredOrbit;
+use crate::coordination::teammate::Teammate;
+use crate::estimation::group_centre::Centroid;
+use crate::estimation::track::TrackId;
+use crate::frame::Position;
+use crate::team::TeamParams;
+use crate::time::{Duration, Time};
+
+/// What outlives an instant beside the memberships.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Agenda {
+    /// The id of the next group that is founded.
+    next_group: u32,
+    /// When it is next asked whether UAVs could watch more elsewhere.
+    next_review: Time,
+}
+
+impl Agenda {
+    fn new_group(&mut self) -> GroupId {
+        let id = GroupId(self.next_group);
+        self.next_group = self.next_group.saturating_add(1);
+        id
+    }
+}
+
+/// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Room {
+    clusters: Clusters,
+    places: Vec<usize>,
+    positions: Vec<Position>,
+    groups: Vec<GroupId>,
+    centroids: Vec<(GroupId, Centroid)>,
+    /// Squared distance, m2, place and group.
+    candidates: Vec<(f64, usize, GroupId)>,
+    wanted: Vec<(usize, GroupId)>,
+}
+
+/// One instant's settling of who belongs where.
+pub(crate) struct Settling<'a> {
+    pub(crate) now: Time,
+    /// Targets of this instant, memberships of the last.
+    pub(crate) memberships: &'a mut Memberships,
+    pub(crate) agenda: &'a mut Agenda,
+    /// The groups of the last instant.
+    pub(crate) previous: &'a [Group],
+    /// By ascending UAV, each with the group that it served until now.
+    pub(crate) team: &'a [Teammate],
+    pub(crate) params: &'a TeamParams,
+    pub(crate) events: &'a mut Vec<Event>,
+    pub(crate) room: &'a mut Room,
+}
+
+impl Settling<'_> {
+    /// Settles who belongs where.
+    pub(crate) fn settle(&mut self) {
+        self.release_lost();
+        if self.team.is_empty() {
+            // Nobody is there to watch: all stays as it is.
+            return self.tell_of_emptied_groups();
+        }
+        let live = self.known().iter().filter(|known| !known.track.is_lost()).count();
+        let wanted = group_count(self.team.len(), live);
+        if self.groups() == 0 {
+            self.found_first(wanted);
+        } else {
+            while self.groups() > wanted.max(1) {
+                self.dissolve_smallest();
+            }
+            self.take_in();
+            self.review(wanted);
+            while self.groups() < wanted && self.found_another() {}
+            // Nothing passes between groups where there is one.
+            if self.groups() > 1 || self.known().iter().any(|known| known.receiving_group().is_some()) {
+                self.hand_over();
+            }
+        }
+        self.discard();
+        self.tell_of_emptied_groups();
+    }
+
+    /// A lost track belongs nowhere.
+    fn release_lost(&mut self) {
+        for place in 0..self.known().len() {
+            let Known { track, membership, .. } = &self.known()[place];
+            if track.is_lost() && *membership != Membership::Unassigned {
+                self.withdraw(place, WithdrawalReason::TargetLost);
+                self.memberships.set(place, Membership::Unassigned);
+            }
+        }
+    }
+
+    fn known(&self) -> &[Known] {
+        self.memberships.known()
+    }
+
+    fn track(&self, place: usize) -> TrackId {
+        self.known()[place].track.id
+    }
+
+    /// Number of groups with members.
+    fn groups(&self) -> usize {
+        self.memberships.groups().len()
+    }
+
+    /// The groups that have members now, by ascending id: for steps in which some come or go.
+    fn groups_now(&mut self) -> Vec<GroupId> {
+        let mut groups = core::mem::take(&mut self.room.groups);
+        groups.clear();
+        groups.extend_from_slice(self.memberships.groups());
+        groups
+    }
+
+    /// Every unassigned target joins the nearest group whose orbit has room to spare; one that only fits once another has
+    /// joined waits for the next instant.
+    ///
+    /// Implements section IV.B.2, beyond the paper: discarded targets are taken back.
+    fn take_in(&mut self) {
+        if !self.known().iter().any(Known::is_unassigned) {
+            return;
+        }
+        let candidates = self.candidates();
+        for (_, place, id) in &candidates {
+            if self.known()[*place].is_unassigned() && self.has_room(*id, *place).is_some() {
+                let kind = match self.known()[*place].membership {
+                    Membership::Discarded => EventKind::TakenBack,
+                    _ => EventKind::Joined,
+                };
+                self.events.push(Event::of_track(kind, self.track(*place), Some(*id)));
+                self.receive(*place, *id);
+            }
+        }
+        self.room.candidates = candidates;
+    }
+
+    /// Every unassigned target with every group that may reach it, the nearest first.
+    fn candidates(&mut self) -> Vec<(f64, usize, GroupId)> {
+        let Room { centroids, candidates, .. } = &mut *self.room;
+        let (memberships, mut candidates) = (&*self.memberships, core::mem::take(candidates));
+        centroids.clear();
+        for id in memberships.groups() {
+            let members = memberships.of(*id).map(|place| memberships.known()[place].estimate());
+            centroids.extend(Centroid::of(members).map(|centroid| (*id, centroid)));
+        }
+        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
+        candidates.clear();
+        for (place, target) in memberships.known().iter().enumerate().filter(|(_, target)| target.is_unassigned()) {
+            if target.speed_m_s() > limit_m_s {
+                continue;
+            }
+            for (id, centroid) in &*centroids {
+                let n = f64::from(centroid.members);
+                // With it, the centroid moves towards it by one part in n + 1.
+                let reach_m = reach_m * (n + 1.0) / n;
+                let squared_m2 = target.position().squared_distance_m2(centroid.mean.state.position());
+                if squared_m2 <= reach_m * reach_m && !target.is_barred_from(*id, self.now) {
+                    candidates.push((squared_m2, place, *id));
+                }
+            }
+        }
+        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        candidates
+    }
+
+    /// A group takes a target in that nobody passes to it. A member is in view; until then the orbit only makes room for
+    /// it, if there is a dwell.
+    fn receive(&mut self, place: usize, id: GroupId) {
+        let at_once = self.params.group.dwell_max_s <= 0.0 || self.is_seen_by_all(place, id);
+        let (requested_at, dwell) = (self.now, Duration::ZERO);
+        let membership = match at_once {
+            true => Membership::Member(id),
+            false => Membership::Dwell(Handoff { from: None, to: id, requested_at, dwell }),
+        };
+        self.memberships.set(place, membership);
+    }
+
+    /// What the group's orbit needs with a further target, if it has room for it to spare.
+    fn has_room(&self, id: GroupId, further: usize) -> Option<RequiredOrbit> {
+        self.required(self.members(id).chain([further])).filter(|orbit| orbit.leaves_room(&self.params.group))
+    }
+
+    /// Removes the furthest target of every group whose orbit runs away, and of every group until its orbit fits.
+    ///
+    /// Implements section IV.B.2 and section IV.B.2, convergence rule.
+    fn discard(&mut self) {
+        let groups = self.groups_now();
+        for &id in &groups {
+            let limit_m2_s = -self.params.group.convergence_limit_m2_s;
+            let diverging = self.last(id).and_then(|group| {
+                let threshold_m2_s = group.threshold_m2_s?;
+                let required = (group.diverging.s() > self.params.group.convergence_patience_s)
+                    .then(|| self.required_by(id))??;
+                (required.members() > 1).then_some((threshold_m2_s, required.furthest))
+            });
+            if let Some((threshold_m2_s, furthest)) = diverging {
+                self.let_go(id, furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
+            }
+            self.discard_fastest(id);
+            let allowed_m = self.params.group.standoff.radius_max_m;
+            while let Some(required) = self.required_by(id).filter(|required| required.members() > 1) {
+                let needed_m = required.standoff.unclamped_m;
+                if needed_m <= allowed_m {
+                    break;
+                }
+                self.let_go(id, required.furthest, EventKind::Discarded { needed_m, allowed_m });
+            }
+        }
+        self.room.groups = groups;
+    }
+
+    /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept.
+    ///
+    /// Beyond section IV.B.2.
+    fn discard_fastest(&mut self, id: GroupId) {
+        let outrun = self.last(id).map_or(Duration::ZERO, |group| group.outrun);
+        if outrun.s() <= self.params.group.convergence_patience_s || self.members(id).count() < 2 {
+            return;
+        }
+        let speed_m_s = |place: &usize| self.known()[*place].speed_m_s();
+        let fastest = self.members(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
+        if let Some(fastest) = fastest {
+            let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
+            self.let_go(id, fastest, EventKind::DiscardedTooFast { speed_m_s, limit_m_s });
+        }
+    }
+
+    /// The group as it was at the last instant.
+    fn last(&self, id: GroupId) -> Option<&Group> {
+        self.previous.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.previous[index])
+    }
+
+    /// The orbit that targets in these places would require.
+    fn required(&self, places: impl Iterator<Item = usize> + Clone) -> Option<RequiredOrbit> {
+        RequiredOrbit::of(self.known(), places, &self.params.group)
+    }
+
+    /// The orbit that a group requires.
+    fn required_by(&self, id: GroupId) -> Option<RequiredOrbit> {
+        self.required(self.members(id))
+    }
+
+    /// The places of a group's members.
+    fn members(&self, id: GroupId) -> impl Iterator<Item = usize> + Clone {
+        self.memberships.of(id)
+    }
+
+    /// The group's orbit cannot hold a target. One that is only just being received goes first, if the orbit is smaller
+    /// without it; one that is being passed on is passed at once.
+    fn let_go(&mut self, id: GroupId, furthest: usize, kind: EventKind) {
+        let needed_m = self.required_by(id).map_or(0.0, |required| required.standoff.unclamped_m);
+        let widens = |place: &usize| {
+            let others = self.members(id).filter(|other| other != place);
+            self.required(others).is_none_or(|required| required.standoff.unclamped_m < needed_m)
+        };
+        let is_incoming = |place: &usize| self.known()[*place].receiving_group() == Some(id);
+        let incoming = self.members(id).filter(is_incoming).find(widens);
+        if let Some(incoming) = incoming.or(Some(furthest).filter(is_incoming)) {
+            self.withdraw(incoming, WithdrawalReason::ReceivingCannotHold);
+        } else if self.known()[furthest].receiving_group().is_some() {
+            self.complete(furthest, CompletionReason::PassingCannotHold);
+        } else {
+            self.events.push(Event::of_track(kind, self.track(furthest), Some(id)));
+            self.memberships.set(furthest, Membership::Discarded);
+        }
+    }
+
+    fn tell_of_emptied_groups(&mut self) {
+        for group in self.previous {
+            let told =
+                |event: &Event| event.group == Some(group.id) && matches!(event.kind, EventKind::GroupDissolved(_));
+            if self.memberships.groups().binary_search(&group.id).is_err() && !self.events.iter().any(told) {
+                self.events.push(Event::of_group(EventKind::GroupDissolved(DissolutionReason::Empty), group.id));
+            }
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! How groups come into being and end.
+
+use crate::coordination::clustering::Clusters;
+use crate::coordination::event::{
+    CompletionReason, DissolutionReason, Event, EventKind, FoundingReason, WithdrawalReason,
+};
+use crate::coordination::group_id::GroupId;
+use crate::coordination::memberships::{Known, Membership};
+use crate::coordination::settling::Settling;
+use crate::frame::Position;
+use crate::time::Duration;
+
+impl Settling<'_> {
+    /// Where there were no groups, all targets are clustered.
+    ///
+    /// Implements Algorithm 1's place in the mission.
+    pub(super) fn found_first(&mut self, wanted: usize) {
+        let live: Vec<usize> = self.places(|known| !known.track.is_lost());
+        let clusters = self.clustered(&live, wanted);
+        // Groups are numbered by their first target.
+        let mut ids: Vec<(usize, GroupId)> = Vec::new();
+        for (cluster, place) in clusters.iter().zip(&live) {
+            let id = match ids.iter().find(|(known, _)| known == cluster) {
+                Some((_, id)) => *id,
+                None => {
+                    let id = self.agenda.new_group();
+                    ids.push((*cluster, id));
+                    id
+                }
+            };
+            self.memberships.set(*place, Membership::Member(id));
+        }
+        for (_, id) in ids {
+            self.tell_of_founding(id, FoundingReason::First);
+        }
+        self.agenda.next_review = self.now + Duration::from_s(self.params.group.review_period_s);
+    }
+
+    fn tell_of_founding(&mut self, id: GroupId, reason: FoundingReason) {
+        let members = self.members(id).count() as u32;
+        self.events.push(Event::of_group(EventKind::GroupFounded { members, reason }, id));
+    }
+
+    /// Ends the group with the fewest members; of equals the youngest.
+    pub(super) fn dissolve_smallest(&mut self) {
+        let smallest = self.memberships.groups().iter().rev().min_by_key(|id| self.members(**id).count()).copied();
+        if let Some(id) = smallest {
+            self.dissolve(id, DissolutionReason::TooMany);
+        }
+    }
+
+    fn dissolve(&mut self, id: GroupId, reason: DissolutionReason) {
+        self.events.push(Event::of_group(EventKind::GroupDissolved(reason), id));
+        for place in 0..self.known().len() {
+            match self.known()[place].membership {
+                Membership::Member(group) if group == id => {
+                    let track = self.track(place);
+                    if let DissolutionReason::Merged { into, .. } = reason {
+                        self.receive(place, into);
+                        let event = Event::of_track(EventKind::Merged, track, Some(id));
+                        self.events.push(Event { to: Some(into), ..event });
+                    } else {
+                        self.memberships.set(place, Membership::Unassigned);
+                        let kind = EventKind::LeftOut(WithdrawalReason::GroupEnds);
+                        self.events.push(Event::of_track(kind, track, Some(id)));
+                    }
+                }
+                Membership::Dwell(handoff) if handoff.to == id => self.withdraw(place, WithdrawalReason::GroupEnds),
+                Membership::Dwell(handoff) if handoff.from == Some(id) => {
+                    self.complete(place, CompletionReason::PassingEnds);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
+    /// forming a group of its own targets and those unassigned; or any at all, if a neighbour's orbit can hold its own
+    /// targets too. Only targets count that its UAVs can have within sensing range soon.
+    pub(super) fn review(&mut self, wanted: usize) {
+        let period_s = self.params.group.review_period_s;
+        let is_due = period_s > 0.0 && self.now >= self.agenda.next_review && self.groups() >= wanted;
+        if !is_due || !self.known().iter().any(Known::is_unassigned) {
+            return;
+        }
+        self.agenda.next_review = self.now + Duration::from_s(period_s);
+        let mut best: Option<(usize, GroupId, Position, DissolutionReason)> = None;
+        for &id in self.memberships.groups() {
+            let Some(from) = self.required_by(id).map(|required| required.centre()) else { continue };
+            let members = self.members(id).count();
+            let into = self.who_could_hold(id);
+            let together = self.watched_together(|known| {
+                let is_own = into.is_none() && known.membership == Membership::Member(id);
+                is_own || (known.is_unassigned() && self.is_soon_seen(known, from))
+            });
+            let together = together.len();
+            let (gain, reason) = match into {
+                Some(into) => (together, DissolutionReason::Merged { into, together: together as u32 }),
+                None => {
+                    let gain = together.saturating_sub(members);
+                    let is_worth_it = gain >= 2 && 2 * gain >= members;
+                    (if is_worth_it { gain } else { 0 }, DissolutionReason::Outnumbered { together: together as u32 })
+                }
+            };
+            if gain > best.map_or(0, |(most, ..)| most) {
+                best = Some((gain, id, from, reason));
+            }
+        }
+        if let Some((_, id, from, reason)) = best {
+            self.dissolve(id, reason);
+            let together = self.watched_together(|known| known.is_unassigned() && self.is_soon_seen(known, from));
+            if !together.is_empty() {
+                self.found(&together);
+            }
+        }
+    }
+
+    /// Within sensing range of UAVs about `from` after a while, even if it drives away.
+    fn is_soon_seen(&self, known: &Known, from: Position) -> bool {
+        let closing_m_s = (self.params.uav.speed_m_s - known.speed_m_s()).max(0.0);
+        let reach_m = self.params.track.sensor.sensing_range_m + self.params.group.reach_ahead_s * closing_m_s;
+        known.position().squared_distance_m2(from) <= reach_m * reach_m
+    }
+
+    /// The first other group whose orbit has room for all members of a group.
+    fn who_could_hold(&self, id: GroupId) -> Option<GroupId> {
+        self.memberships.groups().iter().copied().filter(|other| *other != id).find(|other| {
+            let belongs = |place: &usize| self.known()[*place].membership.groups().any(|group| group == id);
+            let of_other = self.members(*other).filter(|place| !belongs(place));
+            let both = of_other.chain(self.members(id));
+            self.required(both).is_some_and(|required| required.leaves_room(&self.params.group))
+        })
+    }
+
+    /// The places of the largest number of targets that count which one orbit about one of them could hold. Targets
+    /// faster than the UAVs do not count.
+    fn watched_together(&self, counts: impl Fn(&Known) -> bool) -> Vec<usize> {
+        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
+        let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
+        let mut places = self.places(|known| known.speed_m_s() <= limit_m_s && counts(known));
+        let positions = self.positions(&places);
+        let mut best: Option<(usize, Position)> = None;
+        for about in &positions {
+            let near = positions.iter().filter(|position| is_near(**position, *about)).count();
+            if best.is_none_or(|(most, _)| near > most) {
+                best = Some((near, *about));
+            }
+        }
+        places.retain(|place| best.is_some_and(|(_, about)| is_near(self.known()[*place].position(), about)));
+        while let Some(required) = self.required(places.iter().copied()) {
+            if required.leaves_room(&self.params.group) || places.len() == 1 {
+                break;
+            }
+            places.retain(|place| *place != required.furthest);
+        }
+        places
+    }
+
+    /// Founds one more group: of unassigned targets, or else by splitting the most scattered one. `false`: of nothing.
+    pub(super) fn found_another(&mut self) -> bool {
+        let together = self.watched_together(Known::is_unassigned);
+        // Where nobody is slow enough, whoever there is.
+        let first = || self.known().iter().position(Known::is_unassigned).into_iter().collect();
+        let founders: Vec<usize> = if together.is_empty() { first() } else { together };
+        if founders.is_empty() {
+            return self.split();
+        }
+        self.found(&founders);
+        true
+    }
+
+    /// Founds a group of the targets in these places.
+    fn found(&mut self, places: &[usize]) {
+        let id = self.agenda.new_group();
+        for place in places {
+            self.memberships.set(*place, Membership::Member(id));
+            self.events.push(Event::of_track(EventKind::Joined, self.track(*place), Some(id)));
+        }
+        self.tell_of_founding(id, FoundingReason::Outsiders);
+    }
+
+    /// Splits the group with the largest sum of squares in two; the part with more members stays itself.
+    fn split(&mut self) -> bool {
+        let mut widest: Option<(f64, GroupId, Vec<usize>)> = None;
+        for &id in self.memberships.groups() {
+            let places = self.settled_members(id);
+            let mut together = Clusters::default();
+            together.of.resize(places.len(), 0);
+            let sum_m2 = together.cost_m2(&self.positions(&places)) * places.len() as f64;
+            if places.len() > 1 && widest.as_ref().is_none_or(|(most_m2, ..)| sum_m2 > *most_m2) {
+                widest = Some((sum_m2, id, places));
+            }
+        }
+        let Some((_, id, places)) = widest else { return false };
+        let clusters = self.clustered(&places, 2);
+        let of_second = clusters.iter().filter(|cluster| **cluster == 1).count();
+        let leaves = usize::from(2 * of_second <= places.len());
+        let new = self.agenda.new_group();
+        for (place, _) in places.iter().zip(&clusters).filter(|(_, cluster)| **cluster == leaves) {
+            self.memberships.set(*place, Membership::Member(new));
+            let event = Event::of_track(EventKind::Regrouped, self.track(*place), Some(id));
+            self.events.push(Event { to: Some(new), ..event });
+        }
+        self.tell_of_founding(new, FoundingReason::Split);
+        true
+    }
+
+    /// The places of a group's members that are in no dwell.
+    fn settled_members(&self, id: GroupId) -> Vec<usize> {
+        self.members(id).filter(|place| self.known()[*place].membership == Membership::Member(id)).collect()
+    }
+
+    /// The places of the targets for which something holds.
+    fn places(&self, holds: impl Fn(&Known) -> bool) -> Vec<usize> {
+        (0..self.known().len()).filter(|place| holds(&self.known()[*place])).collect()
+    }
+
+    fn positions(&self, places: &[usize]) -> Vec<Position> {
+        places.iter().map(|place| self.known()[*place].position()).collect()
+    }
+
+    /// Clusters the targets in these places from nothing; the cluster of each.
+    fn clustered(&self, places: &[usize], k: usize) -> Vec<usize> {
+        let mut clusters = Clusters::default();
+        clusters.found(&self.positions(places), k);
+        clusters.of
+    }
+}

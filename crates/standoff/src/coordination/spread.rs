@@ -1,0 +1,82 @@
+//! How far the members of a group are from its centre, and the margin about the furthest.
+
+use nalgebra::Matrix2;
+
+use crate::coordination::memberships::Known;
+use crate::frame::{Displacement, Position};
+use crate::guidance::standoff_distance::Spread;
+use crate::target::TargetState;
+use crate::team::Margin;
+
+/// How far the furthest member is from the centre, and how fast that grows.
+pub(crate) fn spread_of(furthest: &TargetState, centre: &TargetState) -> Spread {
+    let member_rel_centre = (furthest.position() - centre.position()).vector();
+    let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
+    let distance_m = (furthest.position() - centre.position()).length_m();
+    let rate_m_s = if distance_m > 0.0 { member_rel_centre.dot(&velocity_rel_centre) / distance_m } else { 0.0 };
+    Spread { distance_m, rate_m_s }
+}
+
+/// The largest spread of members about their centre `in_s` seconds from now, if they keep their velocities.
+pub(crate) fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &TargetState) -> Spread {
+    let later = |state: &TargetState| {
+        TargetState::new(state.position() + state.velocity() * in_s, state.velocity(), [0.0, 0.0])
+    };
+    let centre = later(centre);
+    let spreads = members.map(|member| spread_of(&later(&member), &centre));
+    spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
+}
+
+/// The margin d_m: printed (16), taken as if in metres, or metres from the covariance of the furthest member's position
+/// relative to the centroid, m2.
+///
+/// Implements Eq. (16).
+pub(crate) fn margin_m(
+    margin: Margin,
+    innovation_distance: f64,
+    relative_m2: impl FnOnce() -> Matrix2<f64>,
+    furthest_rel_centre: Displacement,
+) -> f64 {
+    match margin {
+        Margin::Mahalanobis => innovation_distance,
+        Margin::StandardDeviations(sds) => {
+            let distance_m = furthest_rel_centre.length_m();
+            if distance_m <= 0.0 {
+                return 0.0;
+            }
+            let towards = furthest_rel_centre.vector() / distance_m;
+            let variance = towards.dot(&(relative_m2() * towards));
+            sds * variance.max(0.0).sqrt()
+        }
+    }
+}
+
+/// The place of the target furthest from a centre; of equally far ones the last.
+///
+/// Equal is what rounding may have made unequal: both of a pair are as far from their centroid, and which way their line
+/// lies must not decide between them.
+pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
+    let squared = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
+    let furthest = squared.reduce(|(most_m2, furthest), (squared_m2, index)| {
+        let is_as_far = squared_m2 >= most_m2 * (1.0 - 1e-9);
+        (most_m2.max(squared_m2), if is_as_far { index } else { furthest })
+    });
+    furthest.map(|(_, index)| index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Velocity;
+
+    /// One member stands at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110 m.
+    #[test]
+    fn the_expected_spread_is_that_of_whoever_will_be_furthest() {
+        let member =
+            |x_m, vx_m_s| TargetState::new(Position::from_m(x_m, 0.0), Velocity::from_m_s(vx_m_s, 0.0), [0.0, 0.0]);
+        let centre = TargetState::new(Position::ORIGIN, Velocity::ZERO, [0.0, 0.0]);
+        let spread = |in_s| spread_in(in_s, [member(-100.0, 0.0), member(90.0, 5.0)].into_iter(), &centre);
+        assert_eq!(spread(0.0), Spread { distance_m: 100.0, rate_m_s: 0.0 });
+        assert_eq!(spread(4.0), Spread { distance_m: 110.0, rate_m_s: 5.0 });
+    }
+}

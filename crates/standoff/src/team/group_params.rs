@@ -1,0 +1,129 @@
+//! Parameters of groups and of who serves them.
+
+use crate::guidance::standoff_distance::StandoffParams;
+use crate::param::{Allowed, ParamError, errors_of};
+
+/// What the assignment maximises.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Objective {
+    /// Sum over groups and their targets of the logarithm of the determinant of the target's information.
+    #[default]
+    LogDet,
+    /// Determinant of the sum of all information, Eq. (32) as printed; up to [`PRINTED_MAX`](crate::coordination::assignment::PRINTED_MAX) UAVs and groups.
+    Printed,
+}
+
+/// What is added to the spread before the standoff distance is taken from it (16).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Margin {
+    /// Eq. (16) as printed: a squared Mahalanobis distance, dimensionless, added to metres.
+    Mahalanobis,
+    /// So many standard deviations of the furthest member's position relative to the centre, along the line between
+    /// them, from the members' fused covariances; metres. 1.645 is the one-sided 95 % quantile.
+    StandardDeviations(f64),
+}
+
+/// Where a group's centre is taken to be.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum CentreEstimate {
+    /// A filter of its own follows the centroid of the members' estimates (section II.C): it filters what is filtered
+    /// already.
+    #[default]
+    Filtered,
+    /// The centroid of the members' estimates itself, positions and velocities.
+    Centroid,
+}
+
+/// What happens to the centre when a group's members change and the centroid jumps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum OnMembershipChange {
+    /// The centre moves by the jump, which is known exactly.
+    #[default]
+    Shift,
+    /// The filter takes the jump for an innovation, as the paper does.
+    Filter,
+}
+
+/// Parameters of groups.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroupParams {
+    /// Bounds of the orbit.
+    pub standoff: StandoffParams,
+    /// Margin d_m.
+    #[doc(alias = "d_m")]
+    pub margin: Margin,
+    /// Where the centre is.
+    pub centre: CentreEstimate,
+    /// Time constant with which the radius steered for follows r_d, s; at least 0; 0, as in the paper: at once.
+    pub smoothing_s: f64,
+    /// What a change of members does to the centre.
+    pub on_membership_change: OnMembershipChange,
+    /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius; above 0,
+    /// at most 1.
+    pub take_back_fraction: f64,
+    /// Limit xi_d of the discard by convergence, m2/s: a group whose UAVs' xi_th all stay below -xi_d loses its furthest
+    /// target; above 0.
+    #[doc(alias = "xi_d")]
+    pub convergence_limit_m2_s: f64,
+    /// For how long they must stay below it, s; at least 0.
+    pub convergence_patience_s: f64,
+    /// A target is handed over when another group's centroid is nearer by more than this, m; at least 0. The paper has
+    /// none.
+    pub handoff_margin_m: f64,
+    /// Shortest dwell T_hd of a handoff, s; at least 0.
+    pub dwell_min_s: f64,
+    /// Longest dwell, s; at least `dwell_min_s`; 0 switches the dwell off.
+    pub dwell_max_s: f64,
+    /// So often it is asked whether a group's UAVs could watch more targets by forming another, s; at least 0; 0
+    /// switches it off, as in the paper.
+    pub review_period_s: f64,
+    /// UAVs are not sent to targets that they cannot have within sensing range after this time, s; at least 0.
+    pub reach_ahead_s: f64,
+    /// What the assignment of UAVs to groups maximises.
+    pub objective: Objective,
+    /// What staying where it is counts for a UAV under the default objective, in ln det per target of its group: nobody
+    /// is moved in flight for less; at least 0. A UAV twice as far away tells 1.4 less.
+    pub assignment_inertia: f64,
+    /// Altitude of the lowest orbit above the plane, m; 1 to 20,000.
+    pub altitude_lowest_m: f64,
+    /// From one group's altitude to the next, m; 1 to 20,000.
+    pub altitude_step_m: f64,
+    /// Two UAVs of a group closer than this are reported, m; at least 0.
+    pub separation_alarm_m: f64,
+}
+
+impl GroupParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = errors_of([("standoff", self.standoff.errors())]);
+        if let Margin::StandardDeviations(sds) = self.margin {
+            Allowed::at_least(0.0).at_most(100.0).check("margin_sds", sds, &mut errors);
+        }
+        let fraction = Allowed::above(0.0).at_most(1.0);
+        fraction.check("take_back_fraction", self.take_back_fraction, &mut errors);
+        Allowed::above(0.0).at_most(1e9).check("convergence_limit_m2_s", self.convergence_limit_m2_s, &mut errors);
+        Allowed::at_least(0.0).at_most(1e5).check("handoff_margin_m", self.handoff_margin_m, &mut errors);
+        let seconds = Allowed::at_least(0.0).at_most(3600.0);
+        seconds.check("convergence_patience_s", self.convergence_patience_s, &mut errors);
+        seconds.check("dwell_min_s", self.dwell_min_s, &mut errors);
+        Allowed::at_least(self.dwell_min_s).at_most(3600.0).because("not shorter than dwell_min_s").check(
+            "dwell_max_s",
+            self.dwell_max_s,
+            &mut errors,
+        );
+        seconds.check("smoothing_s", self.smoothing_s, &mut errors);
+        seconds.check("review_period_s", self.review_period_s, &mut errors);
+        seconds.check("reach_ahead_s", self.reach_ahead_s, &mut errors);
+        Allowed::at_least(0.0).at_most(100.0).check("assignment_inertia", self.assignment_inertia, &mut errors);
+        let altitude = Allowed::at_least(1.0).at_most(2e4);
+        altitude.check("altitude_lowest_m", self.altitude_lowest_m, &mut errors);
+        altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);
+        Allowed::at_least(0.0).at_most(1e4).check("separation_alarm_m", self.separation_alarm_m, &mut errors);
+        errors
+    }
+
+    /// Largest distance from the centre, without any margin, of a target that a group with room to spare holds, m.
+    pub(crate) fn reach_m(&self) -> f64 {
+        self.take_back_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread()
+    }
+}
