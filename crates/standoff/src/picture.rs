@@ -8,7 +8,7 @@ use crate::coordination::assignment::{Duty, Hand, Site, assign};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
-use crate::coordination::memberships::{Known, Memberships};
+use crate::coordination::memberships::{Known, Memberships, Roster};
 use crate::coordination::settling::{Agenda, Room, Settling};
 use crate::coordination::teammate::Teammate;
 use crate::estimation::information_filter::Contribution;
@@ -62,8 +62,8 @@ pub(crate) struct Scratch {
     measured: Vec<Measured>,
     /// What was measured of targets without a live track: label, position of the UAV, measurement; by label, then UAV.
     trackless: Vec<(TargetLabel, Position, RangeBearing)>,
-    /// The memberships as they were before they were settled.
-    before: Memberships,
+    /// Who was in each group before that was settled.
+    before: Roster,
     settling: Room,
 }
 
@@ -126,7 +126,7 @@ impl Picture {
         self.start_tracks(params, scratch);
 
         self.gather_team(previous, news);
-        scratch.before.copy(&self.memberships);
+        scratch.before.copy(self.memberships.roster());
         Settling {
             now: news.now,
             memberships: &mut self.memberships,
@@ -284,7 +284,7 @@ impl Picture {
         self.crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| self.crew[index].group)
     }
 
-    fn form_groups(&mut self, previous: &Picture, news: &News, params: &TeamParams, before: &Memberships) {
+    fn form_groups(&mut self, previous: &Picture, news: &News, params: &TeamParams, before: &Roster) {
         self.groups.clear();
         for &id in self.memberships.groups() {
             let known = self.memberships.known();
@@ -352,6 +352,9 @@ impl Picture {
     /// Who has left the team, and who has come to it; the first team is no news.
     fn tell_of_uavs(&mut self, previous: &Picture) {
         self.had_team = previous.had_team || !self.team.is_empty();
+        if self.team.iter().map(|mate| mate.uav).eq(previous.team.iter().map(|mate| mate.uav)) {
+            return;
+        }
         let told = |kind, group, uav| Event { kind, track: None, group, to: None, uav: Some(uav) };
         for Teammate { uav, .. } in &previous.team {
             if self.teammate(*uav).is_none() {

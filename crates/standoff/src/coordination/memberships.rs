@@ -94,16 +94,57 @@ impl Known {
     }
 }
 
+/// Who is in each group. A place is a target's index among the known ones.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Roster {
+    /// Group and place of each membership, ascending; a target in dwell is there twice.
+    entries: Vec<(GroupId, usize)>,
+    /// The groups that have members, ascending.
+    groups: Vec<GroupId>,
+}
+
+impl Roster {
+    /// Becomes the same as another.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        self.entries.clone_from(&other.entries);
+        self.groups.clone_from(&other.groups);
+    }
+
+    /// The places of a group's members, ascending.
+    pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
+        let members = match self.groups[..] {
+            // Often there is but one group.
+            [only] if only == group => &self.entries[..],
+            _ => {
+                let start = self.entries.partition_point(|entry| entry.0 < group);
+                let length = self.entries[start..].partition_point(|entry| entry.0 == group);
+                &self.entries[start..start + length]
+            }
+        };
+        members.iter().map(|entry| entry.1)
+    }
+
+    fn change(&mut self, place: usize, before: &Membership, now: &Membership) {
+        for group in before.groups() {
+            if let Ok(index) = self.entries.binary_search(&(group, place)) {
+                self.entries.remove(index);
+            }
+        }
+        for group in now.groups() {
+            if let Err(index) = self.entries.binary_search(&(group, place)) {
+                self.entries.insert(index, (group, place));
+            }
+        }
+        self.groups.clear();
+        self.groups.extend(self.entries.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0));
+    }
+}
+
 /// The known targets by ascending track, each with its membership; and, always up to date, who is in each group.
-///
-/// A place is a target's index among the known ones.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Memberships {
     known: Vec<Known>,
-    /// Group and place of each membership, ascending; a target in dwell is there twice.
-    roster: Vec<(GroupId, usize)>,
-    /// The groups that have members, ascending.
-    groups: Vec<GroupId>,
+    roster: Roster,
 }
 
 impl Memberships {
@@ -117,30 +158,24 @@ impl Memberships {
         self.known.binary_search_by_key(&track, |known| known.track.id)
     }
 
+    pub(crate) fn roster(&self) -> &Roster {
+        &self.roster
+    }
+
     /// The groups that have members, ascending.
     pub(crate) fn groups(&self) -> &[GroupId] {
-        &self.groups
+        &self.roster.groups
     }
 
     /// The places of a group's members, ascending.
     pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
-        let members = match self.groups[..] {
-            // Often there is but one group.
-            [only] if only == group => &self.roster[..],
-            _ => {
-                let start = self.roster.partition_point(|entry| entry.0 < group);
-                let length = self.roster[start..].partition_point(|entry| entry.0 == group);
-                &self.roster[start..start + length]
-            }
-        };
-        members.iter().map(|entry| entry.1)
+        self.roster.of(group)
     }
 
     /// Becomes the same as another; what it holds of it is used again.
     pub(crate) fn copy(&mut self, other: &Self) {
         self.known.clone_from(&other.known);
-        self.roster.clone_from(&other.roster);
-        self.groups.clone_from(&other.groups);
+        self.roster.copy(&other.roster);
     }
 
     /// The tracks, to be carried on; they keep their ids.
@@ -163,7 +198,7 @@ impl Memberships {
             }
             Err(place) => {
                 self.known.insert(place, known);
-                self.roster.iter_mut().for_each(|entry| entry.1 += usize::from(entry.1 >= place));
+                self.roster.entries.iter_mut().for_each(|entry| entry.1 += usize::from(entry.1 >= place));
             }
         }
     }
@@ -175,7 +210,7 @@ impl Memberships {
             if is_old(&self.known[place]) {
                 self.set(place, Membership::Unassigned);
                 self.known.remove(place);
-                self.roster.iter_mut().for_each(|entry| entry.1 -= usize::from(entry.1 > place));
+                self.roster.entries.iter_mut().for_each(|entry| entry.1 -= usize::from(entry.1 > place));
             }
         }
     }
@@ -183,18 +218,7 @@ impl Memberships {
     /// Gives a target its place in the team's work.
     pub(crate) fn set(&mut self, place: usize, membership: Membership) {
         let before = core::mem::replace(&mut self.known[place].membership, membership);
-        for group in before.groups() {
-            if let Ok(index) = self.roster.binary_search(&(group, place)) {
-                self.roster.remove(index);
-            }
-        }
-        for group in membership.groups() {
-            if let Err(index) = self.roster.binary_search(&(group, place)) {
-                self.roster.insert(index, (group, place));
-            }
-        }
-        self.groups.clear();
-        self.groups.extend(self.roster.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0));
+        self.roster.change(place, &before, &membership);
     }
 
     /// The target is not to be handed to a group until then.
@@ -269,7 +293,7 @@ mod tests {
                 _ => {}
             }
             let expected = roster(&memberships);
-            assert_eq!(memberships.roster, expected);
+            assert_eq!(memberships.roster.entries, expected);
             assert!(memberships.known().is_sorted_by(|a, b| a.track.id < b.track.id));
             let groups: Vec<GroupId> = expected.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0).collect();
             assert_eq!(memberships.groups(), groups);

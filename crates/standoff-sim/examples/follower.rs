@@ -1,0 +1,88 @@
+//! A brain of one's own in the simulator: every UAV flies at the vehicle that it saw nearest, and looks there. It tells
+//! nobody anything, so what is scored is what its sensors see and how far apart the UAVs stay. `docs/brains.md` walks
+//! through it.
+//!
+//! ```text
+//! cargo run --release -p standoff-sim --example follower -- SCENARIO SEED
+//! ```
+
+use std::env;
+use std::error::Error;
+
+use standoff::{Command, Displacement, LookAt, Message, Position, Scan, Step, Time, UavId, UavState, Velocity};
+use standoff_sim::brain::Brain;
+use standoff_sim::run::{Mission, fly};
+use standoff_sim::scenario::{Edits, Scenario};
+use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+
+/// One UAV's whole mind.
+#[derive(Clone, Copy)]
+struct Uav {
+    own: UavState,
+    /// Where it saw a vehicle last, or was told that there is one.
+    goal: Option<Position>,
+}
+
+pub(crate) struct Follower {
+    uavs: Vec<Uav>,
+}
+
+impl Follower {
+    pub(crate) fn new(scenario: &Scenario) -> Self {
+        Self { uavs: scenario.uavs.iter().map(|own| Uav { own: *own, goal: None }).collect() }
+    }
+
+    fn uav(&mut self, uav: UavId) -> &mut Uav {
+        &mut self.uavs[uav.0 as usize]
+    }
+}
+
+impl Brain for Follower {
+    fn observe(&mut self, _now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        let uav = self.uav(uav);
+        uav.own = *own;
+        let seen = scan.into_iter().flat_map(|scan| scan.detections).map(|detection| detection.measurement);
+        if let Some(nearest) = seen.min_by(|a, b| a.range_m.total_cmp(&b.range_m)) {
+            uav.goal = Some(own.position + Displacement::from_polar(nearest.range_m, nearest.bearing));
+        }
+    }
+
+    fn hear(&mut self, uav: UavId, message: &Message) {
+        if let Message::Cue(cue) = message {
+            self.uav(uav).goal.get_or_insert(cue.position);
+        }
+    }
+
+    fn decide(&mut self, uav: UavId) -> Step {
+        let Uav { own, goal } = *self.uav(uav);
+        let Some(goal) = goal else { return Step::of(Command { speed_m_s: own.speed_m_s, turn_rate_rad_s: 0.0 }) };
+        let off_rad = ((goal - own.position).direction() - own.heading).rad();
+        let look_at = Some(LookAt { position: goal, velocity: Velocity::ZERO });
+        Step { look_at, ..Step::of(Command { speed_m_s: 40.0, turn_rate_rad_s: off_rad }) }
+    }
+}
+
+/// Flies a scenario with the follower and scores it.
+pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
+    let brain = Box::new(Follower::new(scenario));
+    let mut mission = Mission::with_brain(scenario, brain).map_err(|errors| errors[0].clone())?;
+    let rules = Rules { reported: mission.reported(), ..Rules::of(&scenario.settings) };
+    let mut scorer = Scorer::new(rules, Choice::standard());
+    while let Some(frame) = mission.frame() {
+        scorer.frame(frame);
+    }
+    Ok(scorer.metrics())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let [name, seed] = &arguments[..] else { return Err("usage: follower SCENARIO SEED".into()) };
+    let scenario = Scenario::load(name, &Edits::default(), seed.parse()?)?;
+    let ours = fly(&scenario, Choice::standard()).map_err(|errors| errors[0].clone())?;
+    for (brain, metrics) in [("follower", follow(&scenario)?), ("standoff", ours)] {
+        let percent = |share: Option<f64>| share.map_or("not told".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+        let (seen, watched) = (percent(metrics.seen_fraction), percent(metrics.watched_fraction));
+        println!("{brain}: in some UAV's view {seen} of the time, watched in a group {watched}");
+    }
+    Ok(())
+}

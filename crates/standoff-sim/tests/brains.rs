@@ -1,0 +1,173 @@
+//! The seam: the product flies as one mind or as a mind each, and a foreign brain flies through the same door.
+
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+#[expect(dead_code, reason = "it has a main of its own")]
+#[path = "../examples/follower.rs"]
+mod follower;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use standoff::{Command, Message, Scan, Step, Time, UavId, UavState};
+use standoff_sim::brain::Brain;
+use standoff_sim::frame::{Frame, Reported};
+use standoff_sim::run::Mission;
+use standoff_sim::scenario::{BUILT_IN, Edits, Minds, Scenario};
+use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+
+fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
+    let set = set.iter().map(|key| (*key).to_owned()).collect();
+    Scenario::load(name, &Edits { set, ..Edits::default() }, seed).unwrap()
+}
+
+fn same_frames(name: &str, set: &[&str]) {
+    let one = load(name, set, 3);
+    let each = load(name, &[set, &["team.minds=\"each\""]].concat(), 3);
+    assert_eq!((one.settings.minds, each.settings.minds), (Minds::One, Minds::Each));
+    let (mut one, mut each) = (Mission::new(&one).unwrap(), Mission::new(&each).unwrap());
+    let mut frames = 0;
+    while let Some(frame) = one.frame() {
+        assert_eq!(Some(frame), each.frame(), "{name}");
+        frames += 1;
+    }
+    assert!(frames > 100 && each.frame().is_none());
+}
+
+/// With a perfect radio a mind each and one mind for all fly alike, to the bit.
+#[test]
+fn a_mind_each_and_one_mind_for_all_give_the_same_records() {
+    for scenario in BUILT_IN {
+        same_frames(scenario.name, &[]);
+    }
+}
+
+/// In an outage a UAV hears, but neither scans nor speaks.
+#[test]
+fn a_mind_each_and_one_mind_for_all_live_through_outages_alike() {
+    for uav in 0..2 {
+        let outage = format!("uavs.outage=[{{uav={uav}, from_s=10, until_s=40}}, {{uav=1, from_s=50, until_s=52}}]");
+        same_frames("paper/figure-9", &[&outage]);
+    }
+}
+
+/// What a brain was asked for, in order.
+#[derive(Debug, Clone, PartialEq)]
+enum Asked {
+    Observe { uav: u32, looks: bool },
+    Hear { uav: u32, is_cue: bool },
+    Decide { uav: u32 },
+}
+
+/// Passes on what the product does, under ids of tracks of its own, and writes down what it was asked for.
+struct Renamed {
+    asked: Rc<RefCell<Vec<Asked>>>,
+    inner: Box<dyn Brain>,
+}
+
+impl Brain for Renamed {
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        self.asked.borrow_mut().push(Asked::Observe { uav: uav.0, looks: scan.is_some() });
+        self.inner.observe(now, uav, own, scan);
+    }
+    fn hear(&mut self, uav: UavId, message: &Message) {
+        self.asked.borrow_mut().push(Asked::Hear { uav: uav.0, is_cue: matches!(message, Message::Cue(_)) });
+        self.inner.hear(uav, message);
+    }
+    fn decide(&mut self, uav: UavId) -> Step {
+        self.asked.borrow_mut().push(Asked::Decide { uav: uav.0 });
+        self.inner.decide(uav)
+    }
+    fn reported(&self) -> Reported {
+        Reported::ALL
+    }
+    fn report(&self, frame: &mut Frame) {
+        self.inner.report(frame);
+        frame.tracks.iter_mut().for_each(|track| track.track += 1000);
+        frame.events.iter_mut().for_each(|event| event.track = event.track.map(|track| track + 1000));
+    }
+}
+
+fn scored(scenario: &Scenario, brain: Box<dyn Brain>) -> Metrics {
+    let mut mission = Mission::with_brain(scenario, brain).unwrap();
+    let rules = Rules { reported: mission.reported(), ..Rules::of(&scenario.settings) };
+    let mut scorer = Scorer::new(rules, Choice::all());
+    while let Some(frame) = mission.frame() {
+        scorer.frame(frame);
+    }
+    scorer.metrics()
+}
+
+fn product(scenario: &Scenario) -> Box<dyn Brain> {
+    standoff_sim::brain::of_team(Minds::One, scenario.settings.team, scenario.uavs.len()).unwrap()
+}
+
+/// Tracks have names of their own: scores find what they are about by the target, and a brain is asked in order.
+#[test]
+fn scores_go_by_targets_whatever_a_brain_calls_its_tracks() {
+    let scenario = load("tour/02-pair", &["duration_s=30"], 1);
+    let asked = Rc::default();
+    let renamed = Renamed { asked: Rc::clone(&asked), inner: product(&scenario) };
+    assert_eq!(scored(&scenario, Box::new(renamed)), scored(&scenario, product(&scenario)));
+    let asked = asked.borrow();
+    let observes = |uav| Asked::Observe { uav, looks: true };
+    let cues = scenario_targets(&scenario);
+    assert_eq!(asked[..2], [observes(0), observes(1)]);
+    assert!(asked[2..2 + 2 * cues].iter().all(|asked| matches!(asked, Asked::Hear { is_cue: true, .. })));
+    assert_eq!(asked[2 + 2 * cues..4 + 2 * cues], [Asked::Decide { uav: 0 }, Asked::Decide { uav: 1 }]);
+    assert_eq!(asked[4 + 2 * cues..6 + 2 * cues], [observes(0), observes(1)]);
+}
+
+fn scenario_targets(scenario: &Scenario) -> usize {
+    let mut mission = Mission::new(scenario).unwrap();
+    mission.frame().unwrap().truth.len()
+}
+
+/// A brain that reports nothing is scored by what its sensors see and by where its UAVs fly, and by nothing else.
+#[test]
+fn what_a_brain_does_not_report_is_not_scored() {
+    let scenario = load("tour/02-pair", &[], 1);
+    let metrics = follower::follow(&scenario).unwrap();
+    assert!(metrics.seen_fraction.unwrap() > 0.2, "{metrics:?}");
+    assert!(metrics.longest_gap_s.is_some() && metrics.separation_min_m.is_some());
+    let nothing = [
+        metrics.watched_fraction,
+        metrics.position_error_m,
+        metrics.position_error_all_m,
+        metrics.standoff_error_m,
+        metrics.out_of_view_fraction,
+        metrics.uncovered_fraction,
+        metrics.infeasible_fraction,
+        metrics.anees,
+    ];
+    assert_eq!(nothing, [None; 8]);
+    assert_eq!((metrics.handoffs, metrics.discards), (None, None));
+}
+
+/// Asks for what no UAV can fly.
+struct Wild;
+
+impl Brain for Wild {
+    fn observe(&mut self, _: Time, _: UavId, _: &UavState, _: Option<Scan>) {}
+    fn hear(&mut self, _: UavId, _: &Message) {}
+    fn decide(&mut self, uav: UavId) -> Step {
+        Step::of(match uav.0 {
+            0 => Command { speed_m_s: f64::NAN, turn_rate_rad_s: f64::INFINITY },
+            _ => Command { speed_m_s: 1e9, turn_rate_rad_s: -1e9 },
+        })
+    }
+}
+
+/// Whatever a brain asks for, its UAVs fly what they can, and the record says that they were limited.
+#[test]
+fn no_brain_flies_a_uav_beyond_its_limits() {
+    let scenario = load("tour/02-pair", &[], 1);
+    let mut mission = Mission::with_brain(&scenario, Box::new(Wild)).unwrap();
+    while let Some(frame) = mission.frame() {
+        for uav in &frame.uavs {
+            assert!(uav.speed_limited && uav.turn_rate_limited);
+            assert!((25.0..=55.0).contains(&uav.speed_command_m_s) && uav.turn_rate_command_rad_s.abs() <= 0.3);
+            assert!(uav.x_m.is_finite() && uav.y_m.is_finite() && uav.heading_rad.is_finite());
+        }
+    }
+}
