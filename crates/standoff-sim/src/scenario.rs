@@ -19,6 +19,8 @@ mod resolve;
 mod schema;
 mod start;
 mod team;
+#[cfg(test)]
+mod tests;
 mod traffic;
 
 use std::path::Path;

@@ -330,6 +330,15 @@ fn an_euler_step_that_overshoots_is_refused_where_the_lag_is_typed_or_else_the_i
     assert_eq!(Settings::of_record("record", &flown).unwrap().team.uav.speed_lag_s, 0.4);
 }
 
+/// A ring about targets at the edge of what may be typed reaches further: what was flown there can be read.
+#[test]
+fn a_record_of_starts_far_out_can_be_read() {
+    let text = "[uavs]\ncount = 2\n[uavs.ring]\nradius_m = 1e6\n[[targets.at]]\nx_m = 1e7\n";
+    let flown = load(text).unwrap();
+    assert!(flown.uavs[0].position.x_m() > 1e7);
+    assert_eq!(Settings::of_record("record", &flown.resolved().unwrap()).unwrap(), flown.settings);
+}
+
 #[test]
 fn a_traffic_error_points_into_the_traffic_file() {
     let folder = tempfile::tempdir().unwrap();

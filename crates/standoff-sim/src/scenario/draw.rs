@@ -63,12 +63,12 @@ impl Drawing {
     pub(super) fn number(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) -> f64 {
         let key = format_args!("{at}{key}");
         let value = value(number, &key, self.draws, self.nth);
+        let looked_at = if self.is_of_many { *number } else { Number::Constant(value) };
         if let Some(what) = number.problem() {
             self.problems.add(key.to_string(), what, Some(*number));
-            return value;
-        }
-        let looked_at = if self.is_of_many { *number } else { Number::Constant(value) };
-        if let Some(outside) = looked_at.extremes().into_iter().find(|extreme| !allowed.contains(*extreme)) {
+        } else if allowed == Allowed::FINITE {
+            // Its range is for others to say.
+        } else if let Some(outside) = looked_at.extremes().into_iter().find(|extreme| !allowed.contains(*extreme)) {
             let is_one = matches!(looked_at, Number::Constant(_));
             let which = if is_one { String::new() } else { format!("up to {outside}: ") };
             self.problems.add(key.to_string(), format!("{which}must be {allowed}"), Some(looked_at));

@@ -138,17 +138,18 @@ pub struct Manoeuvre {
 impl Scenario {
     /// Where its local plane touches the Earth, if its traffic file says.
     pub fn origin(&self) -> Option<Origin> {
-        match &self.targets {
-            Targets::Random { .. } => None,
-            Targets::Traffic(traffic) => traffic.origin,
-        }
+        self.traffic()?.origin
     }
 
     /// What the coordinates of its traffic file were taken for, if it has one.
     pub fn traffic_unit(&self) -> Option<Unit> {
+        self.traffic().map(Traffic::unit)
+    }
+
+    fn traffic(&self) -> Option<&Traffic> {
         match &self.targets {
             Targets::Random { .. } => None,
-            Targets::Traffic(traffic) => Some(traffic.unit()),
+            Targets::Traffic(traffic) => Some(traffic),
         }
     }
 }

@@ -95,83 +95,45 @@ impl Typed {
                 (name_or_file.to_owned(), read(name_or_file)?, Some(folder))
             }
         };
-        let text: Arc<str> = text.into();
-        let mut origin = Origin { label, text: Arc::clone(&text), edited: Vec::new() };
-        check_size(&origin.label, &text, 1)?;
-        let map = Map::new(&text);
+        if let Some(traffic) = &edits.traffic {
+            // `city` of `some/where/city.fcd.xml.gz`.
+            let file = file_name(traffic);
+            name = file.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned();
+            traffic_from = Some(PathBuf::new());
+        }
+        Self::new(name, &label, &text, 1, edits, traffic_from)
+    }
+
+    /// A scenario that is nothing but its text, in which the program may have spelt everything out.
+    pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
+        Self::new(label.to_owned(), label, text, SPELT_OUT, &Edits::default(), None)
+    }
+
+    /// What a text says, of so many times the size of what is typed. Fails where nothing can be said of it.
+    fn new(
+        name: String,
+        label: &str,
+        text: &str,
+        times: u64,
+        edits: &Edits,
+        traffic_from: Option<PathBuf>,
+    ) -> Result<Self, ScenarioError> {
+        check_size(label, text, times)?;
+        let mut origin = Origin { label: label.to_owned(), text: text.into(), edited: Vec::new() };
+        let map = Map::new(text);
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
-        if let Some(traffic) = &edits.traffic {
-            table.remove("targets");
-            table.remove("traffic");
-            // A ring of the scenario's own size would mean nothing over other targets.
-            remove(&mut table, "uavs", &["ring", "at"]);
-            let file = traffic.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            table.insert("about".to_owned(), Value::String(format!("UAVs over {}", words(&file))));
-            let Some(path) = traffic.to_str() else {
-                let what = "a traffic file's path must be UTF-8 text: rename it, or go into its folder";
-                return Err(ScenarioError::one(escaped(&traffic.to_string_lossy()), None, what));
-            };
-            let file = Value::String(path.to_owned());
-            table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
-            traffic_from = Some(PathBuf::new());
-            name = traffic_name(traffic);
+        origin.apply(edits, &mut table, &mut problems)?;
+        let (file, mistakes) = form::typed(table);
+        let mut left_out = Vec::new();
+        for mistake in mistakes {
+            problems.push(origin.problem(&map, &mistake.key, mistake.message, mistake.help));
+            left_out.push(mistake.left_out);
         }
-        if let Some(uavs) = edits.uavs {
-            remove(&mut table, "uavs", &["at"]);
-            let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
-            problems.extend(origin.edit(&mut table, given.0, given.1, &given.2));
+        match file {
+            Some(file) => Ok(Self { name, file, problems, left_out, is_text_broken, origin, traffic_from }),
+            None => Err(problems.into()),
         }
-        for edit in &edits.set {
-            if problems.len() >= MISTAKES_MAX {
-                break;
-            }
-            let text = format!("--set {edit}");
-            problems.extend(match edit.split_once('=') {
-                // More than one value could be in it, of which the first would count.
-                Some(_) if edit.contains(['\n', '\r']) => {
-                    let what = format!("{}: must be one line; give --set once for each value", quoted(edit));
-                    Some(on_command_line(what, &escaped(&text).into()))
-                }
-                Some((key, value)) => origin.edit(&mut table, key.trim(), value_of(value.trim()), &text),
-                None => {
-                    let what = format!("{}: must be KEY=VALUE, like guidance.radial_gain=0.5", quoted(edit));
-                    Some(on_command_line(what, &text.into()))
-                }
-            });
-        }
-        let (file, left_out) = take(table, &map, &origin, &mut problems)?;
-        Ok(Self { name, file, problems, left_out, is_text_broken, origin, traffic_from })
-    }
-
-    /// A scenario that is nothing but its text.
-    pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
-        let origin = Origin { label: label.to_owned(), text: text.into(), edited: Vec::new() };
-        check_size(label, text, SPELT_OUT)?;
-        let map = Map::new(text);
-        let (table, mut problems) = understood(&map, &origin);
-        let is_text_broken = !problems.is_empty();
-        let (file, left_out) = take(table, &map, &origin, &mut problems)?;
-        Ok(Self { name: label.to_owned(), file, problems, left_out, is_text_broken, origin, traffic_from: None })
-    }
-}
-
-/// What a table says, and the keys that had to be left out. Fails where nothing can be said of what is left.
-fn take(
-    table: Table,
-    map: &Map,
-    origin: &Origin,
-    problems: &mut Vec<Problem>,
-) -> Result<(ScenarioFile, Vec<String>), ScenarioError> {
-    let (file, mistakes) = form::typed(table);
-    let mut left_out = Vec::new();
-    for mistake in mistakes {
-        problems.push(origin.problem(map, &mistake.key, mistake.message, mistake.help));
-        left_out.push(mistake.left_out);
-    }
-    match file {
-        Some(file) => Ok((file, left_out)),
-        None => Err(std::mem::take(problems).into()),
     }
 }
 
@@ -204,6 +166,47 @@ impl Origin {
     /// The command line gave this key, a table around it, or a part of it: the last that did.
     fn edited(&self, key: &str) -> Option<&Edited> {
         self.edited.iter().rev().find(|edited| related(&edited.key, key))
+    }
+
+    /// Changes what the command line changes.
+    fn apply(&mut self, edits: &Edits, table: &mut Table, problems: &mut Vec<Problem>) -> Result<(), ScenarioError> {
+        if let Some(traffic) = &edits.traffic {
+            table.remove("targets");
+            table.remove("traffic");
+            // A ring of the scenario's own size would mean nothing over other targets.
+            remove(table, "uavs", &["ring", "at"]);
+            table.insert("about".to_owned(), Value::String(format!("UAVs over {}", words(&file_name(traffic)))));
+            let Some(path) = traffic.to_str() else {
+                let what = "a traffic file's path must be UTF-8 text: rename it, or go into its folder";
+                return Err(ScenarioError::one(escaped(&traffic.to_string_lossy()), None, what));
+            };
+            let file = Value::String(path.to_owned());
+            table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
+        }
+        if let Some(uavs) = edits.uavs {
+            remove(table, "uavs", &["at"]);
+            let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
+            problems.extend(self.edit(table, given.0, given.1, &given.2));
+        }
+        for edit in &edits.set {
+            if problems.len() >= MISTAKES_MAX {
+                break;
+            }
+            let text = format!("--set {edit}");
+            problems.extend(match edit.split_once('=') {
+                // More than one value could be in it, of which the first would count.
+                Some(_) if edit.contains(['\n', '\r']) => {
+                    let what = format!("{}: must be one line; give --set once for each value", quoted(edit));
+                    Some(on_command_line(what, &escaped(&text).into()))
+                }
+                Some((key, value)) => self.edit(table, key.trim(), value_of(value.trim()), &text),
+                None => {
+                    let what = format!("{}: must be KEY=VALUE, like guidance.radial_gain=0.5", quoted(edit));
+                    Some(on_command_line(what, &text.into()))
+                }
+            });
+        }
+        Ok(())
     }
 
     /// Sets a key to what the command line gives.
@@ -401,8 +404,6 @@ fn remove(table: &mut Table, parent: &str, keys: &[&str]) {
     }
 }
 
-/// `city` of `some/where/city.fcd.xml.gz`.
-fn traffic_name(path: &Path) -> String {
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned()
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

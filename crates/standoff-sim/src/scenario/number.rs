@@ -1,10 +1,14 @@
 //! A number of a scenario file: a constant, or a distribution from which each run draws.
 
-use std::fmt;
+use std::borrow::Cow;
+use std::{fmt, iter};
 
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
-use serde::ser::{Serialize, Serializer};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Value, json};
 
+use self::Distribution::{Normal, Uniform};
 use crate::draws::Draw;
 
 /// A number, or how to draw it.
@@ -12,14 +16,22 @@ use crate::draws::Draw;
 pub enum Number {
     /// Always this.
     Constant(f64),
-    /// Uniform between two bounds: `{ uniform = { min = 1.0, max = 2.0 } }`.
+    /// Drawn from this.
+    Drawn(Distribution),
+}
+
+/// A distribution of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Distribution {
+    /// Uniform between two bounds.
     Uniform {
         /// Smallest value.
         min: f64,
         /// Largest value.
         max: f64,
     },
-    /// Normal: `{ normal = { mean = 0.0, sd = 1.0 } }`.
+    /// Normal.
     Normal {
         /// Mean.
         mean: f64,
@@ -33,10 +45,10 @@ impl Number {
     pub fn problem(&self) -> Option<String> {
         match *self {
             Self::Constant(value) if !value.is_finite() => Some("must be a finite number".to_owned()),
-            Self::Uniform { min, max } if !(min.is_finite() && max.is_finite() && min <= max) => {
+            Self::Drawn(Uniform { min, max }) if !(min.is_finite() && max.is_finite() && min <= max) => {
                 Some(format!("must be uniform between finite bounds, min <= max, not {min} and {max}"))
             }
-            Self::Normal { mean, sd } if !(mean.is_finite() && sd.is_finite() && sd >= 0.0) => {
+            Self::Drawn(Normal { mean, sd }) if !(mean.is_finite() && sd.is_finite() && sd >= 0.0) => {
                 Some(format!("must be normal with a finite mean and sd >= 0, not {mean} and {sd}"))
             }
             _ => None,
@@ -47,8 +59,8 @@ impl Number {
     pub fn extremes(&self) -> [f64; 2] {
         match *self {
             Self::Constant(value) => [value, value],
-            Self::Uniform { min, max } => [min, max],
-            Self::Normal { mean, sd } => [mean - 6.0 * sd, mean + 6.0 * sd],
+            Self::Drawn(Uniform { min, max }) => [min, max],
+            Self::Drawn(Normal { mean, sd }) => [mean - 6.0 * sd, mean + 6.0 * sd],
         }
     }
 
@@ -56,8 +68,8 @@ impl Number {
     pub fn draw(&self, draw: &mut Draw) -> f64 {
         match *self {
             Self::Constant(value) => value,
-            Self::Uniform { min, max } => min + (max - min) * draw.uniform(),
-            Self::Normal { mean, sd } => mean + sd * draw.normal(),
+            Self::Drawn(Uniform { min, max }) => min + (max - min) * draw.uniform(),
+            Self::Drawn(Normal { mean, sd }) => mean + sd * draw.normal(),
         }
     }
 }
@@ -66,29 +78,6 @@ impl From<f64> for Number {
     fn from(value: f64) -> Self {
         Self::Constant(value)
     }
-}
-
-#[derive(serde::Deserialize, serde::Serialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-enum Distribution {
-    #[serde(rename = "uniform")]
-    Uniform(Bounds),
-    #[serde(rename = "normal")]
-    Normal(Moments),
-}
-
-#[derive(serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-struct Bounds {
-    min: f64,
-    max: f64,
-}
-
-#[derive(serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-struct Moments {
-    mean: f64,
-    sd: f64,
 }
 
 impl<'de> Deserialize<'de> for Number {
@@ -109,10 +98,7 @@ impl<'de> Deserialize<'de> for Number {
                 Ok(Number::Constant(value as f64))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Number, A::Error> {
-                Ok(match Distribution::deserialize(MapAccessDeserializer::new(map))? {
-                    Distribution::Uniform(Bounds { min, max }) => Number::Uniform { min, max },
-                    Distribution::Normal(Moments { mean, sd }) => Number::Normal { mean, sd },
-                })
+                Distribution::deserialize(MapAccessDeserializer::new(map)).map(Number::Drawn)
             }
         }
         deserializer.deserialize_any(NumberVisitor)
@@ -127,9 +113,21 @@ impl Serialize for Number {
                 serializer.serialize_i64(value as i64)
             }
             Self::Constant(value) => serializer.serialize_f64(value),
-            Self::Uniform { min, max } => Distribution::Uniform(Bounds { min, max }).serialize(serializer),
-            Self::Normal { mean, sd } => Distribution::Normal(Moments { mean, sd }).serialize(serializer),
+            Self::Drawn(distribution) => distribution.serialize(serializer),
         }
+    }
+}
+
+impl JsonSchema for Number {
+    fn schema_name() -> Cow<'static, str> {
+        "Number".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let distributions = Distribution::json_schema(generator);
+        let distributions = distributions.get("oneOf").and_then(Value::as_array).into_iter().flatten().cloned();
+        let one_of: Vec<Value> = iter::once(json!({ "type": "number" })).chain(distributions).collect();
+        json_schema!({ "description": "A number, or a distribution from which each run draws.", "oneOf": one_of })
     }
 }
 

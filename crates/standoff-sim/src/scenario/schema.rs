@@ -3,13 +3,12 @@
 
 use std::sync::LazyLock;
 
+use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::file::ScenarioFile;
-use super::number::Number;
 
 /// The JSON schema (draft 7, which editors of TOML know) of a scenario file.
 pub fn schema() -> Value {
@@ -21,9 +20,10 @@ pub fn schema() -> Value {
 }
 
 /// TOML knows no null: what may be absent is not listed as required, and that is all. A table's defaults are those of
-/// its keys.
+/// its keys, and a number is a number.
 fn without_null(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut() else { return };
+    object.remove("format");
     if object.get("default").is_some_and(|default| default.is_null() || default.is_object()) {
         object.remove("default");
     }
@@ -32,45 +32,6 @@ fn without_null(schema: &mut Schema) {
     let one = one.clone();
     object.remove("anyOf");
     object.insert("allOf".to_owned(), Value::Array(vec![one]));
-}
-
-impl JsonSchema for Number {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Number".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let table = |keys: [(&str, &str); 2]| {
-            let number = |(key, about): (&str, &str)| {
-                (key.to_owned(), serde_json::json!({ "type": "number", "description": about }))
-            };
-            serde_json::json!({
-                "type": "object",
-                "properties": keys.map(number).into_iter().collect::<Map<_, _>>(),
-                "required": keys.map(|(key, _)| key),
-                "additionalProperties": false,
-            })
-        };
-        let distribution = |name: &str, about: &str, parameters: Value| {
-            serde_json::json!({
-                "type": "object",
-                "description": about,
-                "properties": { name: parameters },
-                "required": [name],
-                "additionalProperties": false,
-            })
-        };
-        let uniform = table([("min", "Smallest value."), ("max", "Largest value.")]);
-        let normal = table([("mean", "Mean."), ("sd", "Standard deviation.")]);
-        json_schema!({
-            "description": "A number, or a distribution from which each run draws.",
-            "oneOf": [
-                { "type": "number" },
-                distribution("uniform", "Uniform between two bounds.", uniform),
-                distribution("normal", "Normal.", normal),
-            ],
-        })
-    }
 }
 
 /// The schema, to look keys up in.
