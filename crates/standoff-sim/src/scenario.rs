@@ -34,7 +34,7 @@ pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
 pub use locate::Place;
-pub use number::Number;
+pub use number::{Distribution, Number};
 pub use schema::schema;
 
 use crate::traffic::Traffic;

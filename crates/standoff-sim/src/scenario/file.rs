@@ -1,6 +1,7 @@
-//! What a person types: the tables and keys of a scenario file, their meaning and their defaults.
+//! What a person types: the tables and keys of a scenario file, their meaning and their defaults; and, from the same
+//! lines, the type into which it is resolved.
 //!
-//! Every number may be a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
+//! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
 //! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
 
 use std::fmt::Display;
@@ -42,9 +43,9 @@ macro_rules! tables {
             pub struct $name {
                 $($($(#[$text_doc])* pub $text: String,)*)?
                 $($($(#[$number_doc])* pub $number: Number,)*)?
-                $($($(#[$absent_doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $absent: Option<Number>,)*)?
+                $($($(#[$absent_doc])* pub $absent: Option<Number>,)*)?
                 $($($(#[$word_doc])* pub $word: $word_type,)*)?
-                $($($(#[$optional_doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $optional: Option<Number>,)*)?
+                $($($(#[$optional_doc])* pub $optional: Option<Number>,)*)?
                 $($($(#[$typed_doc])* pub $typed: $typed_type,)*)?
                 $($($(#[$inner_doc])* pub $inner: $inner_type,)*)?
             }
@@ -93,7 +94,7 @@ macro_rules! tables {
                     $($($(#[$number_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $number: f64,)*)?
                     $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
                     $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
-                    $($($(#[$optional_doc])* #[serde(skip_serializing_if = "Option::is_none")] pub(crate) $optional: Option<f64>,)*)?
+                    $($($(#[$optional_doc])* pub(crate) $optional: Option<f64>,)*)?
                     $($($(#[$inner_doc])* pub(crate) $inner: $inner_type,)*)?
                 }
             )*
@@ -140,10 +141,8 @@ tables! {
         /// The guidance law.
         guidance: Guidance;
         /// Random targets, drawn from the target model (5, 6).
-        #[serde(skip_serializing_if = "Option::is_none")]
         targets: Option<Targets>;
         /// Real targets, read from a traffic file.
-        #[serde(skip_serializing_if = "Option::is_none")]
         traffic: Option<Traffic>;
     }
 
