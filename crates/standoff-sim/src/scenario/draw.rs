@@ -50,9 +50,7 @@ pub(super) struct Absent {
 /// The numbers of a seed, and what is wrong with them.
 pub(super) struct Drawing {
     pub(super) draws: Draws,
-    /// Which draw of each number: 0, or of what is drawn several times, the how manieth, from 1 on.
-    pub(super) nth: u64,
-    /// What is drawn now stands for many draws: the most extreme of them must be in range.
+    /// What is looked at now is drawn many times, later: the most extreme draws must be in range.
     pub(super) is_of_many: bool,
     pub(super) absent: Absent,
     pub(super) problems: Problems,
@@ -62,7 +60,7 @@ impl Drawing {
     /// The number at a key of the table that `at` stands for.
     pub(super) fn number(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) -> f64 {
         let key = format_args!("{at}{key}");
-        let value = value(number, &key, self.draws, self.nth);
+        let value = value(number, &key, self.draws, 0);
         let looked_at = if self.is_of_many { *number } else { Number::Constant(value) };
         if let Some(what) = number.problem() {
             self.problems.add(key.to_string(), what, Some(*number));
@@ -77,8 +75,8 @@ impl Drawing {
     }
 }
 
-/// What a number comes to: a function of the seed, of its key and of which draw it is. A sound one stands for a number
-/// that is wrong in itself, so that everything else can be checked.
+/// What a number comes to: a function of the seed, of its key and of which draw it is (0; from 1 on, of what is drawn
+/// many times). A sound one stands for a number that is wrong in itself, so that everything else can be checked.
 pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) -> f64 {
     match *number {
         _ if number.problem().is_some() => 1.0,

@@ -23,14 +23,14 @@ use crate::traffic::Traffic;
 
 /// Draws, fills in and checks.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
-    let Checked { mut file, ring, scattered, settings, mut drawing } = checked(typed, traffic.map(Arc::as_ref), seed)?;
+    let Checked { mut file, ring, scattered, settings } = checked(typed, traffic.map(Arc::as_ref), seed)?;
     let targets = match (traffic, &mut file.targets) {
         (Some(traffic), _) => Targets::Traffic(Arc::clone(traffic)),
         (None, Some(targets)) => {
             let scatter = typed.file.targets.as_ref().and_then(|targets| targets.scatter.as_ref());
             if let Some(scatter) = scatter {
-                let sd_m_s2 = targets.acceleration_sd_m_s2;
-                targets.at.extend((0..scattered).map(|index| scattered_target(scatter, index, sd_m_s2, &mut drawing)));
+                let (sd_m_s2, draws) = (targets.acceleration_sd_m_s2, Draws::new(seed));
+                targets.at.extend((0..scattered).map(|index| scattered_target(scatter, index, sd_m_s2, draws)));
             }
             random_targets(targets)
         }
@@ -64,7 +64,6 @@ pub(super) struct Checked {
     /// So many targets are drawn.
     scattered: u64,
     settings: Settings,
-    drawing: Drawing,
 }
 
 /// Draws, fills in and checks all but where targets and UAVs start that are not listed.
@@ -73,12 +72,13 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     let ring = typed.file.uavs.ring.drawn(&"uavs.ring.", &mut drawing);
     // Each of these targets is drawn by itself, later.
     drawing.is_of_many = true;
-    let scatter = typed.file.targets.as_ref().and_then(|targets| targets.scatter.drawn(&SCATTER, &mut drawing));
+    let scatter =
+        typed.file.targets.as_ref().and_then(|targets| targets.scatter.drawn(&"targets.scatter.", &mut drawing));
     if let Some(traffic) = traffic {
         check_span(typed, file.period_s, traffic)?;
     }
     let (settings, passed) = settings(&file);
-    let mut problems = std::mem::take(&mut drawing.problems);
+    let mut problems = drawing.problems;
     check_who(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
     let uav = &settings.team.uav;
     let over = uav.errors_over(settings.period).into_iter();
@@ -86,7 +86,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     check_settings(&file, settings.team.errors().into_iter().chain(over).collect(), &passed, &mut problems);
     report(problems, typed, seed)?;
     let scattered = scatter.map_or(0, |scatter| scatter.count as u64);
-    Ok(Checked { file, ring, scattered, settings, drawing })
+    Ok(Checked { file, ring, scattered, settings })
 }
 
 /// The settings of a scenario in which everything is spelt out, whatever it was flown with: a record stays readable.
@@ -103,7 +103,7 @@ pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioErro
 /// Every number of a seed, and what goes on with.
 fn drawn(file: &file::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> (resolved::ScenarioFile, Drawing) {
     let absent = absent(file, traffic, draws);
-    let mut drawing = Drawing { draws, nth: 0, is_of_many: false, absent, problems: Problems::default() };
+    let mut drawing = Drawing { draws, is_of_many: false, absent, problems: Problems::default() };
     (file.drawn(&"", &mut drawing), drawing)
 }
 
@@ -154,16 +154,19 @@ fn target_model(targets: &resolved::Targets) -> TargetParams {
     }
 }
 
-const SCATTER: &str = "targets.scatter.";
-
 /// One of the targets that are drawn.
-fn scattered_target(scatter: &file::Scatter, index: u64, acceleration_sd_m_s2: f64, drawing: &mut Drawing) -> TargetAt {
-    drawing.nth = index + 1;
-    let start = scatter.drawn(&SCATTER, drawing);
-    let acceleration: [f64; 2] = drawing.draws.at(Stream::TargetMotion, index, 0).normals();
+fn scattered_target(scatter: &file::Scatter, index: u64, acceleration_sd_m_s2: f64, draws: Draws) -> TargetAt {
+    let of = |key: &str, number: &Number| value(number, &format_args!("targets.scatter.{key}"), draws, index + 1);
+    let acceleration: [f64; 2] = draws.at(Stream::TargetMotion, index, 0).normals();
     let [ax_m_s2, ay_m_s2] = acceleration.map(|normal| normal * acceleration_sd_m_s2);
-    let resolved::Scatter { x_m, y_m, vx_m_s, vy_m_s, .. } = start;
-    TargetAt { x_m, y_m, vx_m_s, vy_m_s, ax_m_s2, ay_m_s2 }
+    TargetAt {
+        x_m: of("x_m", &scatter.x_m),
+        y_m: of("y_m", &scatter.y_m),
+        vx_m_s: of("vx_m_s", &scatter.vx_m_s),
+        vy_m_s: of("vy_m_s", &scatter.vy_m_s),
+        ax_m_s2,
+        ay_m_s2,
+    }
 }
 
 /// The targets, where all of them are listed.
