@@ -143,7 +143,7 @@ pub(super) fn value_at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
 
 /// Takes out what stands at a key: of a distribution the whole number, of an array the whole array, so that what is
 /// left is right in itself. Gives the key of what was taken out, if there was something.
-fn take_out(table: &mut Table, key: &str) -> Option<String> {
+pub(super) fn take_out(table: &mut Table, key: &str) -> Option<String> {
     let mut key = KEYS.number(key).unwrap_or(key);
     while let Some((array, index)) = key.rsplit_once('.')
         && index.parse::<usize>().is_ok()

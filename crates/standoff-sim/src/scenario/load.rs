@@ -174,7 +174,8 @@ impl Origin {
             table.remove("targets");
             table.remove("traffic");
             // A ring of the scenario's own size would mean nothing over other targets.
-            remove(table, "uavs", &["ring", "at"]);
+            form::take_out(table, "uavs.ring");
+            form::take_out(table, "uavs.at");
             table.insert("about".to_owned(), Value::String(format!("UAVs over {}", words(&file_name(traffic)))));
             let Some(path) = traffic.to_str() else {
                 let what = "a traffic file's path must be UTF-8 text: rename it, or go into its folder";
@@ -184,7 +185,7 @@ impl Origin {
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
         }
         if let Some(uavs) = edits.uavs {
-            remove(table, "uavs", &["at"]);
+            form::take_out(table, "uavs.at");
             let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
             problems.extend(self.edit(table, given.0, given.1, &given.2));
         }
@@ -394,14 +395,6 @@ fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     }
     here.insert(last.to_owned(), value);
     Ok(())
-}
-
-fn remove(table: &mut Table, parent: &str, keys: &[&str]) {
-    if let Some(Value::Table(parent)) = table.get_mut(parent) {
-        for key in keys {
-            parent.remove(*key);
-        }
-    }
 }
 
 fn file_name(path: &Path) -> String {
