@@ -4,16 +4,18 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+use std::cell::Cell;
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::Write;
+use std::panic;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use standoff_sim::record::{EventRow, Frame, Record, Writer};
+use standoff_sim::record::{EventRow, Frame, Record, Writer, panic_is_expected};
 use tempfile::TempDir;
 
 /// Memory in KiB (of addresses, which is more than of use), processor time in s.
@@ -450,6 +452,27 @@ fn a_manifest_that_is_none_is_refused() {
     ] {
         check_record("run.json", &bytes, expected);
     }
+}
+
+thread_local! {
+    static PANICKED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// The library of Parquet panics on some damaged files: changes of a good one are tried until it does.
+#[test]
+fn a_panic_of_the_parquet_library_is_told_as_damage_and_prints_nothing() {
+    let print = panic::take_hook();
+    panic::set_hook(Box::new(move |what| if panic_is_expected() { PANICKED.set(true) } else { print(what) }));
+    let good = fs::read(GOOD.path().join("run/targets.parquet")).unwrap();
+    let folder = damaged("run", |_| ());
+    let run = folder.path().join("run");
+    let changes = (0..good.len()).rev().flat_map(|at| (0..8).map(move |bit| (at, 1 << bit)));
+    let panics = changes.map(|(at, bit)| [&good[..at], &[good[at] ^ bit], &good[at + 1..]].concat()).find(|bytes| {
+        fs::write(run.join("targets.parquet"), bytes).unwrap();
+        Record::open(&run).is_err() && PANICKED.get()
+    });
+    assert!(panics.is_some(), "no change makes it panic: is the hook of the command needed any more?");
+    check_refused(folder.path(), &["show", "run"], &["run/targets.parquet", "its bytes cannot be decoded"]);
 }
 
 #[test]

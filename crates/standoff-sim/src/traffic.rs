@@ -46,6 +46,8 @@ use std::io::Read;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use standoff::ParamError;
+use standoff_geodesy::LocalPlane;
 
 pub(crate) use limit::MAX_AT_ONCE;
 pub use limit::{MAX_SAMPLES, MAX_TEXT, MAX_VEHICLES};
@@ -100,6 +102,13 @@ pub struct Origin {
     pub latitude_deg: f64,
     /// Longitude, degrees east, in [-180, 180].
     pub longitude_deg: f64,
+}
+
+impl Origin {
+    /// The plane. Fails if the origin is no place on earth.
+    pub fn plane(self) -> Result<LocalPlane, ParamError> {
+        LocalPlane::about(self.latitude_deg, self.longitude_deg)
+    }
 }
 
 /// The vehicles of one file; at least one.

@@ -21,10 +21,10 @@ use std::path::{Path, PathBuf};
 
 use mcap::Attachment;
 use mcap::records::Metadata;
+use standoff_geodesy::LocalPlane;
 use standoff_sim::geometry::{Geometry, group_of};
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::traffic::Origin;
 use standoff_sim::world::World;
 
 use channels::Channels;
@@ -44,7 +44,7 @@ pub struct Writer {
     channels: Channels,
     scene: Scene,
     target_names: Vec<String>,
-    origin: Option<Origin>,
+    plane: Option<LocalPlane>,
     // Last, as fields are dropped in order: the file is closed before it is removed.
     partial: Partial,
 }
@@ -70,8 +70,8 @@ impl Writer {
             Ok(Channels::new(writer))
         };
         let channels = begin().map_err(|reason| partial.failed(reason))?;
-        let origin = scenario.origin();
-        Ok(Self { channels, scene: Scene::new(scenario), target_names, origin, partial })
+        let plane = scenario.origin().and_then(|origin| origin.plane().ok());
+        Ok(Self { channels, scene: Scene::new(scenario), target_names, plane, partial })
     }
 
     /// Adds an instant, later than the one before. After an error the file cannot be continued.
@@ -80,15 +80,15 @@ impl Writer {
     }
 
     fn put(&mut self, frame: &Frame) -> mcap::McapResult<()> {
-        let Self { channels, scene, target_names, origin, .. } = self;
+        let Self { channels, scene, target_names, plane, .. } = self;
         channels.now(frame.time_us);
         channels.put("/tf", &pose::transforms(frame))?;
         let geometry = Geometry::of(frame);
         for row in &frame.uavs {
             let uav = row.uav;
             channels.put(&format!("/uav/{uav}/pose"), &pose::in_world(frame.time_us, row))?;
-            if let Some(origin) = origin {
-                channels.put(&format!("/uav/{uav}/location"), &pose::location(frame.time_us, row, *origin))?;
+            if let Some(fix) = plane.as_ref().and_then(|plane| pose::location(frame.time_us, row, plane)) {
+                channels.put(&format!("/uav/{uav}/location"), &fix)?;
             }
             let state = UavState::new(row, group_of(frame, row), geometry.line_of_sight_rad(row));
             channels.put(&format!("/uav/{uav}/state"), &state)?;

@@ -1,7 +1,9 @@
 //! Gathers the samples of a file by vehicle, then turns them into traffic.
 
-use standoff::math;
 use std::collections::BTreeMap;
+
+use standoff::math;
+use standoff_geodesy::FURTHEST_M;
 
 use super::limit::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
 use super::motion;
@@ -9,12 +11,6 @@ use super::value::{self, seconds};
 use super::vehicle::{Sample, Vehicle};
 use super::{Options, Origin, Traffic, Unit};
 use crate::text::quoted;
-
-/// Furthest a sample may be from the origin, m: further off, a plane is no map of the earth.
-const MAX_FROM_ORIGIN: f64 = 1e6;
-/// How often a point of the plane is lowered to the ellipsoid: every time, the height that is left shrinks by the
-/// square of its distance over the earth's radius, so to nothing.
-const LOWERED: u32 = 5;
 
 /// The samples read so far, in the file's own coordinates.
 pub(super) struct Builder {
@@ -181,40 +177,20 @@ fn check_speed(name: &str, samples: &[Sample], gap_us: i64) -> Result<(), String
 
 /// Turns longitude and latitude into metres east and north of `origin`, all on the ellipsoid.
 fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), String> {
-    let (latitude, longitude) = (origin.latitude_deg.to_radians(), origin.longitude_deg.to_radians());
+    let plane = origin.plane().map_err(|error| error.to_string())?;
     for sample in samples {
-        let (lat, lon) = (sample.y.to_radians(), sample.x.to_radians());
-        let (east, north, up) = map_3d::geodetic2enu(lat, lon, 0.0, latitude, longitude, 0.0, map_3d::Ellipsoid::WGS84);
-        let distance = math::hypot(math::hypot(east, north), up);
-        if distance > MAX_FROM_ORIGIN {
-            return Err(format!(
-                "vehicle {}: at time = {} s it is {:.0} km from the file's first sample; at most 1000 km; cut the file into parts",
+        let position = plane.position(sample.y, sample.x).map_err(|far| {
+            format!(
+                "vehicle {}: at time = {} s it is {:.0} km from the file's first sample; at most {} km; cut the file into parts",
                 quoted(name),
                 seconds(sample.time_us),
-                distance / 1e3
-            ));
-        }
-        (sample.x, sample.y) = (east, north);
+                far.value / 1e3,
+                FURTHEST_M / 1e3
+            )
+        })?;
+        (sample.x, sample.y) = (position.x_m(), position.y_m());
     }
     Ok(())
-}
-
-impl Origin {
-    /// Latitude and longitude, degrees, of the point of the ellipsoid that lies at these metres east and north: what
-    /// the coordinates of a vehicle there were in the file, to about a millimetre within 100 km.
-    #[must_use]
-    pub fn degrees_at(self, east_m: f64, north_m: f64) -> [f64; 2] {
-        let (latitude, longitude) = (self.latitude_deg.to_radians(), self.longitude_deg.to_radians());
-        // The ellipsoid lies below the plane: lowered by the height that is left, a point comes down to it.
-        let (mut up, mut degrees) = (0.0, [0.0; 2]);
-        for _ in 0..LOWERED {
-            let (lat, lon, height) =
-                map_3d::enu2geodetic(east_m, north_m, up, latitude, longitude, 0.0, map_3d::Ellipsoid::WGS84);
-            up -= height;
-            degrees = [lat.to_degrees(), lon.to_degrees()];
-        }
-        degrees
-    }
 }
 
 #[cfg(test)]
@@ -335,24 +311,6 @@ mod tests {
         assert!(math::hypot(state(0).x_m, state(0).y_m) < 1e-6);
         assert!((state(1).y_m - 111.122).abs() < 0.01 && state(1).x_m.abs() < 1e-3, "{:?}", state(1));
         assert!((state(2).x_m - 79.530).abs() < 0.01 && state(2).y_m.abs() < 1e-3, "{:?}", state(2));
-    }
-
-    #[test]
-    fn metres_become_the_degrees_that_they_were() {
-        let file = [(11.3, 44.5), (11.31, 44.47), (10.1, 45.2), (12.5, 43.8)];
-        let traffic = degrees(&file).unwrap();
-        for ((longitude, latitude), hour) in file.into_iter().zip(0..) {
-            let state = traffic.vehicles[0].at(hour * HOUR_US).unwrap();
-            let [lat, lon] = traffic.origin.unwrap().degrees_at(state.x_m, state.y_m);
-            // 1e-8 degrees are about a millimetre.
-            assert!((lat - latitude).abs() < 1e-8 && (lon - longitude).abs() < 1e-8, "{lat} {lon}");
-        }
-    }
-
-    #[test]
-    fn the_date_line_is_no_edge() {
-        let traffic = degrees(&[(179.9999, 0.0), (-179.9999, 0.0)]).unwrap();
-        assert!((traffic.vehicles[0].at(HOUR_US).unwrap().x_m - 22.264).abs() < 0.01);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use foxglove::messages::{
     FrameTransform, FrameTransforms, LocationFix, Pose, PoseInFrame, Quaternion, Timestamp, Vector3,
 };
-use standoff::Angle;
 use standoff::math::{cos, sin};
+use standoff::{Angle, Position};
+use standoff_geodesy::LocalPlane;
 use standoff_sim::record::{Frame, UavRow};
-use standoff_sim::traffic::Origin;
 use std::f64::consts::FRAC_PI_2;
 
 use super::WORLD;
@@ -70,10 +70,11 @@ pub(super) fn in_world(time_us: i64, row: &UavRow) -> PoseInFrame {
 
 /// A UAV's place on the earth. Its altitude is that above the plane; its heading, as the schema wants it, clockwise
 /// from north.
-pub(super) fn location(time_us: i64, row: &UavRow, origin: Origin) -> LocationFix {
-    let [latitude, longitude] = origin.degrees_at(row.x_m, row.y_m);
+/// Beyond the plane's map of the earth there is none.
+pub(super) fn location(time_us: i64, row: &UavRow, plane: &LocalPlane) -> Option<LocationFix> {
+    let [latitude, longitude] = plane.degrees_at(Position::from_m(row.x_m, row.y_m)).ok()?;
     let heading = row.heading_rad;
-    LocationFix {
+    Some(LocationFix {
         timestamp: Some(timestamp(time_us)),
         frame_id: frame_id(row.uav),
         latitude,
@@ -82,5 +83,5 @@ pub(super) fn location(time_us: i64, row: &UavRow, origin: Origin) -> LocationFi
         heading: Some(Angle::from_rad(FRAC_PI_2 - heading).rad()),
         velocity: Some(vector(row.speed_m_s * cos(heading), row.speed_m_s * sin(heading), 0.0)),
         ..LocationFix::default()
-    }
+    })
 }

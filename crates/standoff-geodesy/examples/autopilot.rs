@@ -1,0 +1,20 @@
+//! Positions of an autopilot, in degrees, as the library's: about the place of take-off.
+//!
+//! `cargo run -p standoff-geodesy --example autopilot`
+
+use standoff::{ParamError, Position};
+use standoff_geodesy::LocalPlane;
+
+fn main() -> Result<(), ParamError> {
+    // MAVLink's GLOBAL_POSITION_INT has them in 1e-7 degrees.
+    let (home, now) = ([474_000_000, 85_000_000], [474_012_345, 84_987_654]);
+    let degrees = |mavlink: i32| f64::from(mavlink) * 1e-7;
+    let plane = LocalPlane::about(degrees(home[0]), degrees(home[1]))?;
+    let uav = plane.position(degrees(now[0]), degrees(now[1]))?;
+    println!("the UAV is {:.1} m east and {:.1} m north of its home", uav.x_m(), uav.y_m());
+
+    let centre = Position::from_m(300.0, 400.0);
+    let [latitude_deg, longitude_deg] = plane.degrees_at(centre)?;
+    println!("an orbit about 300 m east, 400 m north is about {latitude_deg:.7}, {longitude_deg:.7}");
+    Ok(())
+}

@@ -1,0 +1,147 @@
+//! Latitude and longitude to the plane in which everything is flown, and back.
+//!
+//! The datum is WGS84, on the ellipsoid: heights are not looked at. The plane touches the ellipsoid at an origin; a place
+//! has there the metres east and north of the origin that its straight line up from the plane, or down to it, leaves.
+//! So lengths shrink with the distance d from the origin, by d²/(2 R²) along it with the earth's radius R: by a
+//! millimetre in a metre at 285 km, by 0.03 mm in a metre at 50 km.
+//!
+//! ```
+//! use standoff_geodesy::LocalPlane;
+//!
+//! let plane = LocalPlane::about(44.5, 11.3)?;
+//! let vehicle = plane.position(44.501, 11.301)?;
+//! assert!((vehicle.x_m() - 79.53).abs() < 0.01 && (vehicle.y_m() - 111.12).abs() < 0.01);
+//! let [latitude_deg, longitude_deg] = plane.degrees_at(vehicle)?;
+//! assert!((latitude_deg - 44.501).abs() < 1e-9 && (longitude_deg - 11.301).abs() < 1e-9);
+//! # Ok::<(), standoff::ParamError>(())
+//! ```
+
+use map_3d::Ellipsoid::WGS84;
+use map_3d::{enu2geodetic, geodetic2enu};
+use standoff::{Allowed, ParamError, Position, math};
+
+/// Furthest from the origin, m: further off, a plane is no map of the earth.
+pub const FURTHEST_M: f64 = 1e6;
+
+/// How often a point of the plane is lowered to the ellipsoid: every time, the height that is left shrinks by the
+/// square of its distance over the earth's radius, so to nothing.
+const LOWERED: u32 = 5;
+
+/// The plane that touches the WGS84 ellipsoid at an origin; x is east, y is north.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalPlane {
+    latitude_rad: f64,
+    longitude_rad: f64,
+}
+
+impl LocalPlane {
+    /// The plane about an origin: degrees north in [-90, 90], degrees east in [-180, 180]. Fails outside of them.
+    pub fn about(latitude_deg: f64, longitude_deg: f64) -> Result<Self, ParamError> {
+        let [latitude_rad, longitude_rad] = radians(latitude_deg, longitude_deg)?;
+        Ok(Self { latitude_rad, longitude_rad })
+    }
+
+    /// Where a place of the ellipsoid is in the plane: degrees north in [-90, 90], degrees east in [-180, 180]. Fails
+    /// outside of them, and further than [`FURTHEST_M`] from the origin, which is measured straight.
+    pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, ParamError> {
+        let [lat, lon] = radians(latitude_deg, longitude_deg)?;
+        let (east_m, north_m, up_m) = geodetic2enu(lat, lon, 0.0, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
+        check_distance(math::hypot(math::hypot(east_m, north_m), up_m))?;
+        Ok(Position::from_m(east_m, north_m))
+    }
+
+    /// Latitude and longitude, degrees, of the place of the ellipsoid below a point of the plane: to a millimetre within
+    /// 100 km of the origin, to a centimetre within [`FURTHEST_M`]. Fails further off.
+    pub fn degrees_at(&self, position: Position) -> Result<[f64; 2], ParamError> {
+        check_distance(position.distance_m(Position::ORIGIN))?;
+        // The ellipsoid lies below the plane: lowered by the height that is left, a point comes down to it.
+        let (mut up_m, mut degrees) = (0.0, [0.0; 2]);
+        for _ in 0..LOWERED {
+            let (east_m, north_m) = (position.x_m(), position.y_m());
+            let (lat, lon, height_m) =
+                enu2geodetic(east_m, north_m, up_m, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
+            up_m -= height_m;
+            degrees = [lat.to_degrees(), lon.to_degrees()];
+        }
+        Ok(degrees)
+    }
+}
+
+fn radians(latitude_deg: f64, longitude_deg: f64) -> Result<[f64; 2], ParamError> {
+    check("latitude_deg", latitude_deg, Allowed::at_least(-90.0).at_most(90.0))?;
+    check("longitude_deg", longitude_deg, Allowed::at_least(-180.0).at_most(180.0))?;
+    Ok([latitude_deg.to_radians(), longitude_deg.to_radians()])
+}
+
+fn check_distance(distance_m: f64) -> Result<(), ParamError> {
+    check("distance_from_origin_m", distance_m, Allowed::at_most(Allowed::FINITE, FURTHEST_M))
+}
+
+fn check(name: &'static str, value: f64, allowed: Allowed) -> Result<(), ParamError> {
+    if allowed.contains(value) { Ok(()) } else { Err(ParamError { name, value, allowed }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dms(degrees: f64, minutes: f64, seconds: f64) -> f64 {
+        degrees + minutes / 60.0 + seconds / 3600.0
+    }
+
+    /// Flinders Peak to Buninyong, the worked example of the Geocentric Datum of Australia's technical manual: 54,972.271 m
+    /// along the ellipsoid at an azimuth of 306° 52' 05.37". (Its ellipsoid, GRS80, is WGS84 to 0.1 mm of the radius.)
+    #[test]
+    fn a_published_line_comes_out_in_the_plane() {
+        let plane = LocalPlane::about(-dms(37.0, 57.0, 3.7203), dms(144.0, 25.0, 29.5244)).unwrap();
+        let there = plane.position(-dms(37.0, 39.0, 10.1561), dms(143.0, 55.0, 35.3839)).unwrap();
+        // Seen from above, an arc s of radius R has the length R sin(s/R); R is 6,372 km in that direction.
+        let (along_m, radius_m) = (54_972.271, 6.372e6);
+        let expected_m = radius_m * math::sin(along_m / radius_m);
+        let azimuth_deg = math::atan2(there.x_m(), there.y_m()).to_degrees() + 360.0;
+        assert!((there.distance_m(Position::ORIGIN) - expected_m).abs() < 0.002, "{there:?}, {expected_m}");
+        assert!((azimuth_deg - dms(306.0, 52.0, 5.37)).abs() < 0.1 / 3600.0, "{azimuth_deg}");
+    }
+
+    /// By WGS84's radii of curvature a degree at 44.5 N has 111,122 m along the meridian, 79,530 m along the parallel.
+    #[test]
+    fn a_degree_has_the_length_of_its_radius_of_curvature() {
+        let plane = LocalPlane::about(44.5, 11.3).unwrap();
+        let (north, east) = (plane.position(44.501, 11.3).unwrap(), plane.position(44.5, 11.301).unwrap());
+        assert!((north.y_m() - 111.122).abs() < 0.001 && north.x_m().abs() < 1e-6, "{north:?}");
+        assert!((east.x_m() - 79.530).abs() < 0.001 && east.y_m().abs() < 1e-3, "{east:?}");
+        let across = LocalPlane::about(0.0, 179.9999).unwrap().position(0.0, -179.9999).unwrap();
+        assert!((across.x_m() - 22.264).abs() < 0.001, "the date line is no edge: {across:?}");
+    }
+
+    #[test]
+    fn there_and_back_is_the_same_place() {
+        for (latitude_deg, longitude_deg) in [(0.0, 0.0), (44.5, 11.3), (-37.95, 144.4), (89.9, -179.9), (-90.0, 180.0)]
+        {
+            let plane = LocalPlane::about(latitude_deg, longitude_deg).unwrap();
+            for (x_m, y_m, most_m) in [(0.0, 0.0, 1e-6), (3e3, -4e3, 1e-6), (-8e4, 6e4, 1e-3), (6e5, 7e5, 0.01)] {
+                let there = Position::from_m(x_m, y_m);
+                let [lat, lon] = plane.degrees_at(there).unwrap();
+                let back = plane.position(lat, lon).unwrap();
+                assert!(back.distance_m(there) < most_m, "{there:?} about {latitude_deg}, {longitude_deg}: {back:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_place_or_too_far_is_refused_with_what_is_allowed() {
+        let plane = LocalPlane::about(0.0, 0.0).unwrap();
+        let far = Position::from_m(8e5, 8e5);
+        for (refused, expected) in [
+            (LocalPlane::about(90.1, 0.0).map(drop), "latitude_deg = 90.1: must be at least -90 and at most 90"),
+            (LocalPlane::about(0.0, f64::NAN).map(drop), "longitude_deg = NaN: must be at least -180 and at most 180"),
+            (plane.position(0.0, 180.5).map(drop), "longitude_deg = 180.5"),
+            (plane.position(0.0, 180.0).map(drop), "distance_from_origin_m = 12756274: must be at most 1000000"),
+            (plane.degrees_at(far).map(drop), "distance_from_origin_m = 1131370.8"),
+        ] {
+            let told = refused.unwrap_err().to_string();
+            assert!(told.starts_with(expected), "{told}");
+        }
+        assert!(plane.position(0.0, 8.9).is_ok());
+    }
+}
