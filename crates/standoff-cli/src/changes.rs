@@ -9,6 +9,9 @@ use standoff_sim::scenario::{Edits, Template, name_of};
 use crate::failure::Failure;
 use crate::folder;
 
+/// What is flown if nothing is named.
+pub(crate) const DEFAULT_SCENARIO: &str = "best/figure-9";
+
 /// Changes of a scenario.
 #[derive(Args, Default)]
 pub(crate) struct Changes {

@@ -16,7 +16,7 @@ use standoff_view::replay::Line;
 use standoff_view::serve::Server;
 use standoff_view::site::RunSite;
 
-use crate::changes::Changes;
+use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, note, refused};
 use crate::interruption::Interruption;
 use crate::mcap::Mcap;
@@ -66,9 +66,6 @@ pub(crate) struct Args {
     #[command(flatten)]
     served: Served,
 }
-
-/// What is flown if nothing is named.
-pub(crate) const DEFAULT_SCENARIO: &str = "best/figure-9";
 
 impl Default for Args {
     fn default() -> Self {

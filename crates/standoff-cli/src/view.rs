@@ -15,12 +15,11 @@ use standoff_sim::text;
 use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
-use crate::changes::Changes;
+use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, no_thread, note, print, refused};
 use crate::interruption::Interruption;
 use crate::monte_carlo::failure;
 use crate::outcome::{Wanted, lines};
-use crate::run::DEFAULT_SCENARIO;
 use crate::tell::{of_record, settings_of, tell_end};
 use crate::watch::{Served, Watched};
 

@@ -4,9 +4,8 @@ use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{Choice, Metrics};
 
-use crate::changes::Changes;
+use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, refused};
-use crate::run::DEFAULT_SCENARIO;
 
 /// The keys of the paper's law, for missions that are flown otherwise.
 pub(crate) const PAPERS_LAW: [&str; 8] = [

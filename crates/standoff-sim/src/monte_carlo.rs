@@ -20,6 +20,7 @@ mod merge;
 mod pool;
 mod results;
 mod settings;
+mod shard;
 mod statistics;
 
 use std::num::NonZeroUsize;
@@ -27,12 +28,13 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub use batch::{Batch, Shard};
+pub use batch::Batch;
 pub use compare::{Better, Comparison, Paired, compare, compare_results};
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Runs, Summary};
 pub use settings::Settings;
+pub use shard::Shard;
 pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 
 use crate::run::fly_while;
@@ -40,9 +42,6 @@ use crate::scenario::{Scenario, Template};
 use crate::score::{Choice, Metrics};
 use journal::Journal;
 use pool::{Halt, work_through};
-
-/// What a run came to: a value per metric of its batch, `None` where there was nothing to measure.
-type Values = Vec<Option<f64>>;
 
 /// How far a batch is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -169,7 +168,7 @@ pub fn fly_into(
 /// The results of a batch that is complete in `dir`. What lies beside its rows is put right, and what a process that ended
 /// in its last steps has left there is removed.
 fn find_complete(dir: &Path, batch: &Batch, stop: &AtomicBool) -> Result<Option<Results>, MonteCarloError> {
-    let complete = batch.find_in(dir)?;
+    let complete = Results::find(dir, batch)?;
     if let Some(results) = &complete {
         match results.mend_summary(stop) {
             // The rows are complete all the same: the next time will do for the rest.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
-use syn::{Attribute, ImplItem, Item, Type, UseTree, Visibility};
+use syn::{Attribute, ImplItem, Item, Meta, Type, UseTree, Visibility};
 
 /// A module; one that is written inside its parent's file shares that file.
 #[derive(Debug, Default)]
@@ -301,5 +301,9 @@ impl<'ast> Visit<'ast> for Names {
 
     fn visit_visibility(&mut self, _: &'ast Visibility) {}
 
-    fn visit_attribute(&mut self, _: &'ast Attribute) {}
+    fn visit_attribute(&mut self, attribute: &'ast Attribute) {
+        if let Meta::List(list) = &attribute.meta {
+            self.scan(list.tokens.clone());
+        }
+    }
 }

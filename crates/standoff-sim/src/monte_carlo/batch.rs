@@ -4,19 +4,18 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::results::{self, Results};
-use super::{MonteCarloError, Values, journal};
+use super::error::{FORMAT, MonteCarloError};
+use super::shard::Shard;
 use crate::record::manifest::{MAX_NAME, MAX_VERSION, check_length};
 use crate::scenario::Template;
 use crate::score::{Choice, Metrics};
 use crate::text::{quoted, words};
 
-/// The format of the journals and results that this version writes and reads.
-pub(super) const FORMAT: u64 = 1;
+/// What a run came to: a value per metric of its batch, `None` where there was nothing to measure.
+pub(super) type Values = Vec<Option<f64>>;
 
 /// Most runs of a batch: a journal of more would take longer to read than a person waits.
 const MAX_RUNS: u64 = 100_000_000;
@@ -59,42 +58,6 @@ pub struct Batch {
     pub(super) traffic_crc32: Option<u32>,
     /// The scenario with all that the command line changed, as TOML.
     pub(super) scenario_toml: String,
-}
-
-/// One of equal parts of a batch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Shard {
-    /// Which part, from 0.
-    pub index: u64,
-    /// Of how many.
-    pub of: u64,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    /// `I/N`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
-        match parts {
-            Some((index, of)) if index < of => Ok(Self { index, of }),
-            _ => Err("must be I/N with whole numbers, I from 0 to N - 1, like 0/4".to_owned()),
-        }
-    }
-}
-
-impl fmt::Display for Shard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.index, self.of)
-    }
-}
-
-impl Shard {
-    /// The runs of this part: parts differ by at most one run, and follow one another.
-    fn of_runs(self, runs: u64) -> Range<u64> {
-        let bound = |index: u64| (u128::from(index) * u128::from(runs) / u128::from(self.of)) as u64;
-        bound(self.index)..bound(self.index + 1)
-    }
 }
 
 impl Batch {
@@ -232,19 +195,6 @@ impl Batch {
             Some(difference) => Err(MonteCarloError::OtherBatch { dir: dir.to_owned(), difference }),
         }
     }
-
-    /// This batch's results, if they are complete in `dir`. Refuses a folder that holds another batch or other things.
-    pub(super) fn find_in(&self, dir: &Path) -> Result<Option<Results>, MonteCarloError> {
-        if results::are_in(dir) {
-            let results = Results::open(dir)?;
-            self.must_be(results.batch(), dir)?;
-            return Ok(Some(results));
-        }
-        if !journal::is_in(dir) {
-            results::must_be_free(dir)?;
-        }
-        Ok(None)
-    }
 }
 
 fn check_runs(seed: u64, runs: u64, shard: Option<Shard>) -> Result<(), MonteCarloError> {
@@ -313,28 +263,6 @@ fn lines_with_tables(text: &str) -> Vec<(&str, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn shards_share_all_runs_evenly_and_in_order() {
-        for (runs, of) in [(1, 1), (7, 3), (200, 8), (10, 10), (u64::MAX, 3)] {
-            let mut next = 0;
-            for index in 0..of {
-                let part = Shard { index, of }.of_runs(runs);
-                assert_eq!(part.start, next);
-                assert!([runs / of, runs / of + 1].contains(&(part.end - part.start)), "{part:?}");
-                next = part.end;
-            }
-            assert_eq!(next, runs);
-        }
-    }
-
-    #[test]
-    fn a_shard_is_read_as_it_is_written() {
-        assert_eq!("2/5".parse(), Ok(Shard { index: 2, of: 5 }));
-        for wrong in ["5/5", "0/0", "-1/5", "1", "a/b", "1/2/3", ""] {
-            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
-        }
-    }
 
     #[test]
     fn two_scenarios_differ_by_the_line_that_differs() {

@@ -4,11 +4,13 @@ use std::fmt::Display;
 use std::io;
 use std::path::PathBuf;
 
-use super::Shard;
-use super::batch::FORMAT;
+use super::shard::Shard;
 use crate::record::RecordError;
 use crate::scenario::ScenarioError;
 use crate::text;
+
+/// The format of the journals and results that this version writes and reads.
+pub(super) const FORMAT: u64 = 1;
 
 /// Why a batch was not flown, completed, merged or compared.
 #[derive(Debug, thiserror::Error)]

@@ -3,8 +3,9 @@
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
+use super::batch::Values;
 use super::journal::{Journal, journal_of};
-use super::{Batch, Results, Values, results};
+use super::{Batch, Results, results};
 use crate::fuzz::{JSON, put, refused, run};
 use crate::scenario::{Edits, Template};
 use crate::score::Choice;

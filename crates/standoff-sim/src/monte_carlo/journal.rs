@@ -18,8 +18,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::batch::FORMAT;
-use super::{Batch, MonteCarloError, Values, results};
+use super::batch::{Batch, Values};
+use super::error::{FORMAT, MonteCarloError};
+use crate::disk;
 use crate::record::RecordError;
 use crate::text::words;
 
@@ -51,6 +52,11 @@ pub(super) fn is_in_use(dir: &Path) -> bool {
 pub(super) fn remove_left_over(dir: &Path) {
     // It is in nobody's way.
     let _ = fs::remove_file(dir.join(JOURNAL));
+}
+
+/// Sees new names in a folder onto the disk.
+pub(super) fn sync_folder(dir: &Path) -> Result<(), RecordError> {
+    disk::sync_folder(dir).map_err(|reason| RecordError::write(dir, reason))
 }
 
 /// An open journal, which no other process may write.
@@ -107,7 +113,7 @@ impl Journal {
             None => {
                 file.set_len(0).and_then(|()| file.rewind()).map_err(refused)?;
                 file.write_all(&head).and_then(|()| file.sync_all()).map_err(refused)?;
-                results::sync_folder(dir)?;
+                sync_folder(dir)?;
             }
         }
         let metrics = batch.metrics.clone();

@@ -9,9 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize, Serializer};
 use standoff_parquet::Source;
 
-use super::journal::{self, MAX_BATCH, check_format};
+use super::batch::{Batch, Values};
+use super::journal::{self, MAX_BATCH, check_format, sync_folder};
 use super::settings::{Settings, settings_of};
-use super::{Batch, MonteCarloError, Shard, Statistics, Values, pooled_root_ratio};
+use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
 use crate::disk::{self, PARTIAL};
 use crate::input;
 use crate::record::RecordError;
@@ -141,6 +142,19 @@ impl Results {
         Ok(Self { dir: dir.to_owned(), manifest })
     }
 
+    /// The results of `batch`, if they are complete in `dir`. Refuses a folder that holds another batch or other things.
+    pub(super) fn find(dir: &Path, batch: &Batch) -> Result<Option<Self>, MonteCarloError> {
+        if are_in(dir) {
+            let results = Self::open(dir)?;
+            batch.must_be(results.batch(), dir)?;
+            return Ok(Some(results));
+        }
+        if !journal::is_in(dir) {
+            must_be_free(dir)?;
+        }
+        Ok(None)
+    }
+
     /// Where it lies.
     pub fn dir(&self) -> &Path {
         &self.dir
@@ -192,12 +206,12 @@ impl Summary {
 }
 
 /// A complete batch lies in `dir`: the rows are what comes last.
-pub(super) fn are_in(dir: &Path) -> bool {
+fn are_in(dir: &Path) -> bool {
     dir.join(RUNS).is_file() && dir.join(MANIFEST).is_file()
 }
 
 /// Refuses a folder in which other things lie.
-pub(super) fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
+fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
     let what = || first_in(dir, |_| true).unwrap_or_else(|| NO_FOLDER.to_owned());
     let occupied = || RecordError::Occupied { dir: dir.to_owned(), what: what() };
     match fs::read_dir(dir) {
@@ -243,11 +257,6 @@ fn summary_text(dir: &Path, runs: &Runs<'_>, stop: &AtomicBool) -> Result<String
 fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
     let path = dir.join(name);
     disk::save(&path, text).map_err(|reason| RecordError::write(&path, reason))
-}
-
-/// Sees new names in a folder onto the disk.
-pub(super) fn sync_folder(dir: &Path) -> Result<(), RecordError> {
-    disk::sync_folder(dir).map_err(|reason| RecordError::write(dir, reason))
 }
 
 /// The most bytes that the rows of a batch take: some 9 per value, and what each column takes in any case.

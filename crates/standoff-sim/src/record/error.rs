@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use standoff_parquet::Error as Unreadable;
 
-use super::folder;
 use crate::{input, text};
 
 /// Why a record cannot be written or read. The message is complete: it has no source to append.
@@ -80,13 +79,15 @@ pub enum RecordError {
     #[error(
         "{} has record format {format}, written by standoff {version}; this program reads format {known}: read it \
          with that version, or fly the scenario.toml beside it again",
-        text::path(path), version = text::words(version), known = super::FORMAT
+        text::path(path), version = text::words(version)
     )]
     OtherFormat {
         /// The manifest.
         path: PathBuf,
         /// The record's format.
         format: u64,
+        /// The format that this version writes and reads.
+        known: u64,
         /// The version of standoff that wrote it.
         version: String,
     },
@@ -127,15 +128,16 @@ pub enum RecordError {
     },
     /// The name leaves no room for what standoff adds to it.
     #[error(
-        "{} has a name of {bytes} bytes; at most {}, because standoff adds to it while it writes: name another folder",
-        text::path(dir),
-        folder::MAX_NAME
+        "{} has a name of {bytes} bytes; at most {most}, because standoff adds to it while it writes: name another folder",
+        text::path(dir)
     )]
     LongName {
         /// The name as given.
         dir: PathBuf,
         /// Its length.
         bytes: usize,
+        /// The greatest length.
+        most: usize,
     },
     /// The name is one that standoff gives to runs that are not whole yet, or are being replaced.
     #[error(

@@ -7,13 +7,12 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::RecordError;
 use super::checkpoint::{self, CHECKPOINT, Checkpoint};
+use super::manifest::{MANIFEST, Manifest};
 use super::rows::is_table;
-use super::{Manifest, RecordError};
 use crate::disk::{self, PARTIAL, beside};
 
-/// The manifest's file name.
-pub(super) const MANIFEST: &str = "run.json";
 /// The resolved scenario's file name.
 pub(super) const SCENARIO: &str = "scenario.toml";
 
@@ -72,7 +71,7 @@ pub(crate) fn first_in(dir: &Path, counts: impl Fn(&fs::DirEntry) -> bool) -> Op
 const OLDER: &str = ".standoff-older";
 
 /// Longest name of a record's folder, bytes: with the longest that is added to it, as long as file systems allow.
-pub(super) const MAX_NAME: usize = 255 - OLDER.len();
+const MAX_NAME: usize = 255 - OLDER.len();
 
 /// The folder in which a record grows.
 pub(super) struct Growing {
@@ -131,7 +130,7 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
     let bytes = dir.file_name().map_or(0, OsStr::len);
     if bytes > MAX_NAME {
         let dir = dir.to_owned();
-        return Err(RecordError::LongName { dir, bytes });
+        return Err(RecordError::LongName { dir, bytes, most: MAX_NAME });
     }
     let (partial, older) = (beside(dir, PARTIAL), beside(dir, OLDER));
     let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());

@@ -7,13 +7,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::RecordError;
-use super::folder::MANIFEST;
 use crate::input;
 use crate::text::{quoted, words};
 use crate::traffic::{Origin, Unit};
 
 /// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
 pub const FORMAT: u64 = 4;
+/// Its file's name.
+pub(super) const MANIFEST: &str = "run.json";
 /// Largest manifest, bytes: one has some 300.
 const MAX_MANIFEST: u64 = 64 << 10;
 /// Longest name of a scenario, characters: that of a file has 255 bytes.
@@ -128,7 +129,7 @@ impl Manifest {
         // A later format may have other fields: look at the format before insisting on ours.
         let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
         if format != FORMAT && !WITHOUT_COUNTS.contains(&format) {
-            return Err(RecordError::OtherFormat { path, format, version });
+            return Err(RecordError::OtherFormat { path, format, known: FORMAT, version });
         }
         let manifest: Self = serde_json::from_str(&text).map_err(damaged)?;
         manifest.check().map_err(|what| RecordError::damaged(&path, what))?;

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
-use super::folder::{self, Growing, MANIFEST, SCENARIO, Turn};
+use super::folder::{self, Growing, SCENARIO, Turn};
+use super::manifest::MANIFEST;
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Missing, Row, TableWriter, file_of};
 use super::{Counts, FORMAT, Manifest, RecordError};

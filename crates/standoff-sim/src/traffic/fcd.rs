@@ -11,11 +11,11 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader};
 
 use super::build::Builder;
+use super::contents::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
 use super::limit::MAX_DEPTH;
 use super::lines::{Fault, Lines, Position, input_fault};
 use super::value::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-use super::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
 use crate::text::{nearest, quoted};
 use attributes::{Found, attributes, missing, not_xml};
 

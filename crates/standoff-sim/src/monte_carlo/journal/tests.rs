@@ -1,6 +1,6 @@
 //! Whatever happens to a journal's bytes, a run in it is right or is not there.
 
-use super::super::Shard;
+use super::super::{Shard, results};
 use super::*;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -217,10 +217,10 @@ fn stopped_on_its_last_steps_a_batch_is_not_complete_and_nothing_is_lost() {
         let rows = journal.complete_rows(rows_stop).unwrap();
         let error = results::write(dir.path(), &batch(), rows, &stopped).unwrap_err();
         assert!(matches!(error, MonteCarloError::Interrupted), "{error}");
-        assert!(!results::are_in(dir.path()));
+        assert!(results::Results::open(dir.path()).is_err());
     }
     assert!(matches!(journal.count(&stopped), Err(MonteCarloError::Interrupted)));
     assert_eq!(bytes(&dir), whole);
     results::write(dir.path(), &batch(), journal.complete_rows(&NEVER).unwrap(), &NEVER).unwrap();
-    assert!(results::are_in(dir.path()));
+    assert!(results::Results::open(dir.path()).is_ok());
 }

@@ -1,0 +1,106 @@
+//! How a traffic file is to be read, and what it comes to.
+
+use serde::{Deserialize, Serialize};
+use standoff::ParamError;
+use standoff_geodesy::LocalPlane;
+
+use super::vehicle::Vehicle;
+
+/// How to read a traffic file.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Options {
+    /// What the file's coordinates are.
+    pub coordinates: Coordinates,
+    /// A vehicle unseen for longer than this is absent in between, s; finite and above 0. `None`: 2.5 times the median
+    /// step between samples of a vehicle, and at least 1 s.
+    pub gap_s: Option<f64>,
+}
+
+/// What the coordinates of a file are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Coordinates {
+    /// CSV: by the header, metres if it has both. FCD: degrees if SUMO's header comment says so, otherwise as the vehicles
+    /// move: a drive in degrees is no motion in metres. A file that neither tells is refused, and so are columns `x` and
+    /// `y` of a CSV that are degrees.
+    #[default]
+    Auto,
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84).
+    Degrees,
+}
+
+/// What to do where nothing tells what the coordinates are.
+pub(super) const SAY_WHICH: &str =
+    "traffic.coordinates = \"metres\" or \"degrees\" (--set traffic.coordinates=degrees)";
+
+/// What the coordinates of a file were taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84), projected about the [`Origin`].
+    Degrees,
+}
+
+/// Point on the WGS84 ellipsoid where the local east-north plane of a file in degrees touches it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Latitude, degrees north, in [-90, 90].
+    pub latitude_deg: f64,
+    /// Longitude, degrees east, in [-180, 180].
+    pub longitude_deg: f64,
+}
+
+impl Origin {
+    /// The plane. Fails if the origin is no place on earth.
+    pub fn plane(self) -> Result<LocalPlane, ParamError> {
+        LocalPlane::about(self.latitude_deg, self.longitude_deg)
+    }
+}
+
+/// The vehicles of one file; at least one.
+///
+/// ```
+/// use standoff_sim::traffic::{Options, read_from};
+///
+/// let csv = "t,id,x,y\n0,car,0,0\n1,car,10,0\n2,car,20,0\n";
+/// let traffic = read_from(csv.as_bytes(), "mine.csv", &Options::default())?;
+/// assert_eq!((traffic.vehicles.len(), traffic.span_s()), (1, 2.0));
+///
+/// let error = read_from("t,id,x,y\n0,car,here,0\n".as_bytes(), "mine.csv", &Options::default()).unwrap_err();
+/// assert!(error.to_string().starts_with("mine.csv:2:"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Traffic {
+    /// By time of first appearance, then name.
+    pub vehicles: Vec<Vehicle>,
+    /// Time of the first sample, microseconds, as in the file (which need not begin at 0).
+    pub begin_us: i64,
+    /// Time of the last sample, microseconds.
+    pub end_us: i64,
+    /// Origin of the local frame; `None` if the file was in metres.
+    pub origin: Option<Origin>,
+}
+
+impl Traffic {
+    /// What the file's coordinates were taken for.
+    pub fn unit(&self) -> Unit {
+        if self.origin.is_some() { Unit::Degrees } else { Unit::Metres }
+    }
+
+    /// From the first sample to the last, s.
+    pub fn span_s(&self) -> f64 {
+        self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
+    }
+
+    /// A checksum over every vehicle and sample: files that give the same traffic have the same.
+    pub fn crc32(&self) -> u32 {
+        let mut crc = crc32fast::Hasher::new();
+        self.vehicles.iter().for_each(|vehicle| vehicle.check_in(&mut crc));
+        crc.finalize()
+    }
+}
