@@ -16,30 +16,23 @@
 //! ties are ties. Of tied assignments the first group takes the lower UAVs, then the second, and so on: where two
 //! differ, the lowest UAV that only one of them gives to the first differing group decides for that one.
 
+mod problem;
 mod search;
 #[cfg(test)]
 mod tests;
 
-use core::ops::RangeInclusive;
-
-use nalgebra::Matrix2;
-
 use crate::coordination::group_id::GroupId;
-use crate::frame::Position;
-use crate::math;
 use crate::sensor::SensorParams;
 use crate::team::Objective;
 use crate::uav::UavId;
+use problem::Problem;
+pub use problem::{DET_FLOOR_1_M4, Hand, Site};
 
 /// Up to so many UAVs the assignment is exact and ties are broken as said above; beyond, see [`assign`].
 pub const EXACT_UAVS_MAX: usize = 12;
 
 /// Up to so many UAVs and so many groups [`Objective::Printed`] is enumerated; beyond, the default takes its place.
 pub const PRINTED_MAX: usize = 8;
-
-/// Least determinant that a target's information counts for, 1/m4: known to a thousand kilometres each way. It stands
-/// in for targets out of everybody's sight, overhead, or not at a finite position. Its inverse is the most.
-pub const DET_FLOOR_1_M4: f64 = 1e-24;
 
 /// One UAV's group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,26 +41,6 @@ pub struct Duty {
     pub uav: UavId,
     /// The group that it serves.
     pub group: GroupId,
-}
-
-/// A UAV to be assigned.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hand {
-    /// Which UAV.
-    pub uav: UavId,
-    /// Where it is.
-    pub position: Position,
-    /// The group that it serves until now; staying there counts.
-    pub serves: Option<GroupId>,
-}
-
-/// A group to be served.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site<'a> {
-    /// Which group.
-    pub group: GroupId,
-    /// Where its members are.
-    pub members: &'a [Position],
 }
 
 /// Gives every UAV a group; in the order of `uavs`, empty without UAVs or groups. UAVs and sites come by ascending id.
@@ -105,201 +78,4 @@ pub fn assign(
     };
     let duty = |(index, hand): (usize, &Hand)| group_of(index).map(|group| Duty { uav: hand.uav, group });
     uavs.iter().enumerate().filter_map(duty).collect()
-}
-
-/// Natural logarithm of a determinant, or a sum of them, in millionths.
-type Score = i64;
-
-/// The UAVs of one site by index, ascending.
-type Block = Vec<usize>;
-
-/// A site that may be served.
-struct Choice {
-    group: GroupId,
-    /// How many UAVs it may have.
-    sizes: RangeInclusive<usize>,
-    /// What each UAV tells about each target, 1/m2.
-    information: Vec<Vec<Matrix2<f64>>>,
-    /// What each UAV's staying counts.
-    inertia: Vec<Score>,
-}
-
-/// What there is to choose from.
-struct Problem {
-    uavs: usize,
-    sites: Vec<Choice>,
-}
-
-impl Problem {
-    fn new(uavs: &[Hand], sites: &[Site<'_>], sensor: &SensorParams, inertia: f64) -> Self {
-        let n = uavs.len();
-        let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
-        targets.sort_unstable_by(|a, b| b.cmp(a));
-        // With too few UAVs larger sites are served, smaller ones are not, and those as large as this may be.
-        let marginal = targets.get(n).and(targets.get(n - 1));
-        let sizes = |site: &Site<'_>| match marginal.map(|marginal| site.members.len().cmp(marginal)) {
-            None => Some(1..=n.div_ceil(sites.len()).max(2)),
-            Some(core::cmp::Ordering::Greater) => Some(1..=1),
-            Some(core::cmp::Ordering::Equal) => Some(0..=1),
-            Some(core::cmp::Ordering::Less) => None,
-        };
-        let told = |uav: Position, target: &Position| {
-            let information = sensor.information(uav, *target);
-            if information.iter().all(|entry| entry.is_finite()) { information } else { Matrix2::zeros() }
-        };
-        let choice = |site: &Site<'_>| {
-            let information = uavs
-                .iter()
-                .map(|hand| site.members.iter().map(|target| told(hand.position, target)).collect())
-                .collect();
-            let staying = in_millionths(inertia * site.members.len() as f64);
-            let inertia = uavs.iter().map(|hand| if hand.serves == Some(site.group) { staying } else { 0 }).collect();
-            Some(Choice { group: site.group, sizes: sizes(site)?, information, inertia })
-        };
-        Self { uavs: n, sites: sites.iter().filter_map(choice).collect() }
-    }
-
-    /// The score of a site under its UAVs.
-    fn score(&self, site: usize, block: &[usize]) -> Score {
-        let choice = &self.sites[site];
-        if block.is_empty() { 0 } else { choice.score(&choice.sums(block), None) + choice.inertia(block) }
-    }
-
-    fn total(&self, blocks: &[Block]) -> Score {
-        blocks.iter().enumerate().map(|(site, block)| self.score(site, block)).sum()
-    }
-
-    /// The sizes that a site's block can have in an assignment of all UAVs.
-    fn sizes(&self, site: usize) -> RangeInclusive<usize> {
-        let (own, all) = (&self.sites[site].sizes, || self.sites.iter().map(|choice| &choice.sizes));
-        let least_of_others = all().map(|sizes| sizes.start()).sum::<usize>() - own.start();
-        let most_of_others = all().map(|sizes| sizes.end()).sum::<usize>() - own.end();
-        let (least, most) = (self.uavs.saturating_sub(most_of_others), self.uavs.saturating_sub(least_of_others));
-        least.max(*own.start())..=most.min(*own.end())
-    }
-
-    /// Every block that a site can have, as bits, those that win ties first: the first UAV is the highest bit.
-    fn candidates(&self, site: usize) -> Vec<usize> {
-        let sizes = self.sizes(site);
-        (0..1 << self.uavs).rev().filter(|block: &usize| sizes.contains(&(block.count_ones() as usize))).collect()
-    }
-
-    fn block(&self, bits: usize) -> Block {
-        (0..self.uavs).filter(|uav| bits >> (self.uavs - 1 - uav) & 1 == 1).collect()
-    }
-
-    /// The best assignment, by dynamic programming over the sets of UAVs that the last sites share.
-    fn exact(&self) -> Vec<Block> {
-        let all = (1 << self.uavs) - 1;
-        let mut best = vec![None; all + 1];
-        best[0] = Some(0);
-        let mut picks = Vec::new();
-        for site in (0..self.sites.len()).rev() {
-            let scored = |bits| (bits, self.score(site, &self.block(bits)));
-            let candidates: Vec<(usize, Score)> = self.candidates(site).into_iter().map(scored).collect();
-            let (mut next, mut pick) = (vec![None; all + 1], vec![0; all + 1]);
-            for shared in if site == 0 { all } else { 0 }..=all {
-                for &(bits, score) in candidates.iter().filter(|(bits, _)| bits & shared == *bits) {
-                    let total: Option<Score> = best[shared ^ bits].map(|rest: Score| rest + score);
-                    if total > next[shared] {
-                        (next[shared], pick[shared]) = (total, bits);
-                    }
-                }
-            }
-            best = next;
-            picks.push(pick);
-        }
-        let mut shared = all;
-        let mut take = |pick: Vec<usize>| {
-            let bits = pick[shared];
-            shared ^= bits;
-            self.block(bits)
-        };
-        picks.into_iter().rev().map(&mut take).collect()
-    }
-
-    /// The best assignment by the printed objective, by enumeration.
-    fn printed(&self) -> Vec<Block> {
-        let candidate = |site: usize, bits| {
-            let sum: Matrix2<f64> = self.sites[site].sums(&self.block(bits)).iter().sum();
-            (bits, sum)
-        };
-        let site = |site| self.candidates(site).into_iter().map(|bits| candidate(site, bits)).collect();
-        let candidates: Vec<Vec<(usize, Matrix2<f64>)>> = (0..self.sites.len()).map(site).collect();
-        let mut best = (Score::MIN, Vec::new());
-        enumerate(&candidates, (1 << self.uavs) - 1, Matrix2::zeros(), &mut Vec::new(), &mut best);
-        best.1.into_iter().map(|bits| self.block(bits)).collect()
-    }
-}
-
-/// Goes on from the blocks `chosen` for the first sites, whose information is `sum`, and keeps the `best` of all.
-fn enumerate(
-    candidates: &[Vec<(usize, Matrix2<f64>)>],
-    free: usize,
-    sum: Matrix2<f64>,
-    chosen: &mut Vec<usize>,
-    best: &mut (Score, Vec<usize>),
-) {
-    let Some(site) = candidates.get(chosen.len()) else {
-        let score = in_millionths(math::ln(floored_det(&sum)));
-        if free == 0 && score > best.0 {
-            *best = (score, chosen.clone());
-        }
-        return;
-    };
-    for (bits, information) in site.iter().filter(|(bits, _)| bits & free == *bits) {
-        chosen.push(*bits);
-        enumerate(candidates, free ^ bits, sum + information, chosen, best);
-        chosen.pop();
-    }
-}
-
-impl Choice {
-    /// What the UAVs of a block tell together about each target, 1/m2.
-    fn sums(&self, block: &[usize]) -> Vec<Matrix2<f64>> {
-        let mut uavs = block.iter().map(|uav| &self.information[*uav]);
-        let mut sums = uavs.next().cloned().unwrap_or_default();
-        for information in uavs {
-            sums.iter_mut().zip(information).for_each(|(sum, term)| *sum += term);
-        }
-        sums
-    }
-
-    /// What the staying of a block's UAVs counts.
-    fn inertia(&self, block: &[usize]) -> Score {
-        block.iter().map(|uav| self.inertia[*uav]).sum()
-    }
-
-    /// The score of `sums`, joined by another UAV or by none, without what staying counts.
-    fn score(&self, sums: &[Matrix2<f64>], joined: Option<usize>) -> Score {
-        match joined {
-            None => ln_product(sums.iter().map(floored_det)),
-            Some(uav) => {
-                ln_product(sums.iter().zip(&self.information[uav]).map(|(sum, term)| floored_det(&(sum + term))))
-            }
-        }
-    }
-}
-
-/// Sum of the logarithms of floored determinants; takes few logarithms, for most of the time is spent here.
-fn ln_product(dets: impl Iterator<Item = f64>) -> Score {
-    let (mut ln, mut product) = (0.0, 1.0);
-    for det in dets {
-        product *= det;
-        if !(1e-200..=1e200).contains(&product) {
-            ln += math::ln(product);
-            product = 1.0;
-        }
-    }
-    in_millionths(ln + math::ln(product))
-}
-
-/// The determinant of a target's information, 1/m4, within what counts. A NaN is the floor.
-fn floored_det(information: &Matrix2<f64>) -> f64 {
-    let det = information.determinant();
-    if det > DET_FLOOR_1_M4 { det.min(1.0 / DET_FLOOR_1_M4) } else { DET_FLOOR_1_M4 }
-}
-
-fn in_millionths(ln: f64) -> Score {
-    (1e6 * ln).round() as Score
 }

@@ -1,9 +1,15 @@
+use nalgebra::Matrix2;
+use pathfinding::kuhn_munkres::kuhn_munkres;
+use pathfinding::matrix::Matrix;
+
+use super::problem::{Block, Score};
 use super::search::{Search, matching, search};
 use super::*;
+use crate::frame::{Displacement, Position};
+use crate::math;
 
-/// Table I's.
+/// Of Table I.
 const INERTIA: f64 = 0.5;
-use crate::frame::Displacement;
 
 fn sensor() -> SensorParams {
     crate::TeamParams::table_1().track.sensor
@@ -189,19 +195,17 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
 
 #[test]
 fn the_matching_is_the_best_from_any_prices() {
-    fn best(worth: &[Vec<Score>], taken: usize) -> Score {
-        let Some((row, rest)) = worth.split_first() else { return 0 };
-        let free = (0..row.len()).filter(|column| taken >> column & 1 == 0);
-        free.map(|column| row[column] + best(rest, taken | 1 << column)).max().unwrap()
-    }
     let mut draw = Draw(3);
-    for (rows, columns, range) in [(1, 1, 9), (3, 3, 4), (5, 5, 100), (6, 6, 5), (2, 5, 50), (4, 6, 3)].repeat(50) {
+    for (rows, columns, range) in
+        [(1, 1, 9), (3, 3, 4), (5, 5, 100), (6, 6, 5), (2, 5, 50), (4, 6, 3), (50, 50, 1000)].repeat(50)
+    {
         let mut number = || draw.below(2 * range + 1) as Score - range as Score;
         let worth: Vec<Vec<Score>> = (0..rows).map(|_| (0..columns).map(|_| number()).collect()).collect();
         let mut prices: Vec<Score> = (0..columns).map(|_| if rows == columns { number() } else { 0 }).collect();
         let chosen = matching(&worth, &mut prices);
         let total: Score = worth.iter().zip(&chosen).map(|(row, column)| row[*column]).sum();
-        assert_eq!(total, best(&worth, 0), "{worth:?} {chosen:?}");
+        let (best, _) = kuhn_munkres(&Matrix::from_rows(worth.iter().cloned()).unwrap());
+        assert_eq!(total, best, "{worth:?} {chosen:?}");
     }
 }
 
