@@ -40,7 +40,13 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
         note("note: the record has no truth table; scores that need it are missing");
     }
     let settings = settings_of(&record)?;
-    let rules = Rules::of(&settings);
+    let reported = record.manifest().reported;
+    for (is_reported, what) in [(reported.tracks, "tracks"), (reported.groups, "groups")] {
+        if !is_reported {
+            note(&format!("note: the brain that flew reports no {what}; scores that need them are missing"));
+        }
+    }
+    let rules = Rules { reported, ..Rules::of(&settings) };
     let mut scorer = Scorer::new(rules.clone(), choice);
     let rows = record.target_rows().map_err(of_record)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
@@ -66,7 +72,7 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
         duration_s: manifest.duration_s,
         unfinished_after_s: record.ends_s(),
         uavs,
-        targets: events.count("cued"),
+        targets: if reported.tracks { events.count("cued") } else { scorer.targets().count() },
         traffic: manifest.traffic_told(),
         targets_mean: scorer.targets_mean(),
         metrics: Chosen { metrics: scorer.metrics(), choice },

@@ -226,6 +226,29 @@ fn a_record_is_told_again_and_truth_is_for_scores_only() {
     assert_eq!(blind["metrics"][own_view], flown["metrics"][own_view]);
 }
 
+/// A record says what the brain that flew tells of itself; what it does not tell is not scored, whatever is in the tables.
+#[test]
+fn what_a_brain_does_not_report_is_null() {
+    let folder = tempfile::tempdir().unwrap();
+    standoff(folder.path(), &["run", "tour/02-two-uavs", "--out", "o"]);
+    let manifest = folder.path().join("o/run.json");
+    let text_before = fs::read_to_string(&manifest).unwrap();
+    assert!(!text_before.contains("reported"), "{text_before}");
+    let silent = text_before.replacen('{', r#"{"reported": {"tracks": false, "groups": false},"#, 1);
+    fs::write(&manifest, silent).unwrap();
+    let shown = standoff(folder.path(), &["show", "o", "--json"]);
+    assert!(text(&shown.stderr).contains("reports no tracks") && text(&shown.stderr).contains("reports no groups"));
+    let summary: Value = serde_json::from_slice(&shown.stdout).unwrap();
+    let metrics = &summary["metrics"];
+    for none in
+        ["watched_fraction", "uncovered_fraction", "position_error_m", "standoff_error_m", "handoffs", "discards"]
+    {
+        assert!(metrics.get(none).is_some_and(Value::is_null), "{none}: {metrics}");
+    }
+    assert!(metrics["seen_fraction"].is_number() && metrics["separation_min_m"].is_number());
+    assert_eq!(summary["targets"], 3);
+}
+
 #[test]
 fn any_traffic_file_flies_without_a_scenario() {
     let folder = tempfile::tempdir().unwrap();

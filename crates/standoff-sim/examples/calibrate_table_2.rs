@@ -320,7 +320,7 @@ impl Flown {
 }
 
 fn discards(metrics: &Metrics) -> Option<f64> {
-    Some(metrics.discards as f64)
+    metrics.value("discards")
 }
 
 /// The mean of what is zero if there is nothing to measure.

@@ -25,7 +25,7 @@ use tally::{Sums, Tallies};
 pub use bound::Bound as PositionBound;
 pub use judged::Judged;
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
-pub use rules::Rules;
+pub use rules::{Reported, Rules};
 pub use tally::TargetScore;
 
 /// What has to be worked out for the chosen metrics.
@@ -128,7 +128,7 @@ pub struct Scorer {
 }
 
 impl Scorer {
-    /// A scorer that has seen nothing yet and looks for these metrics; those not chosen are `None` or 0.
+    /// A scorer that has seen nothing yet and looks for these metrics; those not chosen may be `None`.
     pub fn new(rules: Rules, choice: Choice) -> Self {
         Self {
             wanted: Wanted::of(choice),
@@ -246,8 +246,8 @@ impl Scorer {
             separation_min_m: self.separation_min_m,
             separation_min_layer_m: self.separation_min_layer_m,
             separation_min_group_m: self.separation_min_group_m,
-            handoffs: self.handoffs,
-            discards: self.discards,
+            handoffs: self.wanted.events.then_some(self.handoffs),
+            discards: self.wanted.events.then_some(self.discards),
             anees: self.nees.value(),
             anees_quiet: quiet,
             anees_manoeuvring: manoeuvring,
@@ -261,6 +261,7 @@ impl Scorer {
             velocity_squared_error_m2_s2: velocity.squared_error.value(),
             velocity_bound_m2_s2: velocity.bound.value(),
         }
+        .only(|metric| self.rules.reported.allows(metric))
     }
 
     /// How each target fared that has existed, by id. Nobody is in it unless a metric that needs it was chosen.
@@ -437,6 +438,49 @@ mod tests {
             frame.events.iter_mut().for_each(|event| event.track = event.target.map(|target| 1_000 - target));
         }
         assert_eq!(score(&rules, &frames), before);
-        assert!(before.position_error_m.is_some() && before.nis.is_some() && before.handoffs > 0);
+        assert!(before.position_error_m.is_some() && before.nis.is_some() && before.handoffs > Some(0));
+    }
+
+    /// A brain of somebody else flies as ours does and tells nothing, or only what it believes: it is scored by what is
+    /// seen and how its UAVs fly, and by its beliefs.
+    #[test]
+    fn what_a_brain_does_not_report_is_not_scored() {
+        let (rules, mut frames) = flown();
+        let whole = score(&rules, &frames);
+        for frame in &mut frames {
+            frame.groups.clear();
+            frame.events.clear();
+            frame.uavs.iter_mut().for_each(|uav| uav.group = None);
+            frame.tracks.iter_mut().for_each(|track| (track.group, track.to_group) = (None, None));
+        }
+        let scored = |tracks: bool, frames: &[Frame]| {
+            let metrics = score(&Rules { reported: Reported { tracks, groups: false }, ..rules.clone() }, frames);
+            let both = Metrics::NAMES.iter().zip(metrics.values().into_iter().zip(whole.values()));
+            both.filter(|(_, (value, _))| value.is_some())
+                .inspect(|(name, (value, whole))| {
+                    assert_eq!(value, whole, "{name}");
+                })
+                .map(|(name, _)| *name)
+                .collect::<Vec<_>>()
+        };
+        let beliefs = scored(true, &frames);
+        frames.iter_mut().for_each(|frame| frame.tracks.clear());
+        let always = [
+            "seen_fraction",
+            "longest_gap_s",
+            "turn_rate_saturated_fraction",
+            "separation_min_m",
+            "separation_min_layer_m",
+        ];
+        assert_eq!(scored(false, &frames), always);
+        let more = beliefs.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();
+        assert_eq!(more, ["position_error_all_m", "nis"]);
+        // Who does tell of tracks and groups, but has none, watches nothing.
+        assert_eq!(score(&rules, &frames).watched_fraction, Some(0.0));
+        let told = Rules { reported: Reported { tracks: false, groups: true }, ..rules };
+        let mut scorer = Scorer::new(told, Choice::ALL);
+        frames.iter().for_each(|frame| scorer.frame(frame));
+        assert!(scorer.targets().all(|one| one.watched_fraction.is_none() && one.seen_fraction.is_some()));
+        assert_eq!((scorer.metrics().handoffs, scorer.metrics().uncovered_fraction), (Some(0), None));
     }
 }

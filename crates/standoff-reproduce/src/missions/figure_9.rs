@@ -111,7 +111,7 @@ fn look(scenario: &Scenario) -> Result<Seen, Failure> {
         completed_s,
         discarded_s,
         all_in_view: metrics.out_of_view_longest_s == Some(0.0),
-        handoffs: metrics.handoffs as f64,
-        discards: metrics.discards as f64,
+        handoffs: metrics.handoffs.unwrap_or(0) as f64,
+        discards: metrics.discards.unwrap_or(0) as f64,
     })
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RecordError;
 use crate::input;
+use crate::score::Reported;
 use crate::text::{quoted, words};
 use crate::traffic::{Origin, Unit};
 
@@ -47,12 +48,19 @@ pub struct Manifest {
     /// say it only by their origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traffic_unit: Option<Unit>,
+    /// What the brain tells of itself, if it does not tell all.
+    #[serde(default, skip_serializing_if = "is_whole")]
+    pub reported: Reported,
     /// How much a complete record holds, by which is noticed what has gone missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counts: Option<Counts>,
     /// The run is under way, or was ended before its mission was over.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unfinished: bool,
+}
+
+fn is_whole(reported: &Reported) -> bool {
+    *reported == Reported::default()
 }
 
 /// How much a record holds.
@@ -78,6 +86,7 @@ impl Manifest {
             period_s,
             origin: None,
             traffic_unit: None,
+            reported: Reported::default(),
             counts: None,
             unfinished: false,
         }

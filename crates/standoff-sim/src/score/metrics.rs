@@ -66,15 +66,9 @@ impl Value for Option<f64> {
     }
 }
 
-impl Value for f64 {
+impl Value for Option<u64> {
     fn value(self) -> Option<f64> {
-        Some(self)
-    }
-}
-
-impl Value for u64 {
-    fn value(self) -> Option<f64> {
-        Some(self as f64)
+        self.map(|count| count as f64)
     }
 }
 
@@ -100,6 +94,12 @@ macro_rules! metrics {
             /// All values, in the order of [`Self::NAMES`].
             pub fn values(&self) -> [Option<f64>; Self::NAMES.len()] {
                 [$(self.$field.value()),*]
+            }
+
+            /// Those of which the name passes; the others are `None`.
+            pub(super) fn only(mut self, passes: impl Fn(&str) -> bool) -> Self {
+                $(self.$field = self.$field.filter(|_| passes(stringify!($field)));)*
+                self
             }
         }
 
@@ -168,9 +168,9 @@ metrics! {
         /// The same of two of one group, m.
         separation_min_group_m: Option<f64>, "smallest separation of two UAVs of a group", SMALL, 10.0;
         /// Completed handoffs.
-        handoffs: u64, "handoffs", NEITHER, 0.1;
+        handoffs: Option<u64>, "handoffs", NEITHER, 0.1;
         /// Targets removed from a group because no orbit could hold them.
-        discards: u64, "discards", NEITHER, 0.1;
+        discards: Option<u64>, "discards", NEITHER, 0.1;
         /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
         anees: Option<f64>, "consistency of estimates (1 is right)", NEITHER, 0.05;
         /// The same of the targets that never manoeuvre, where some do.

@@ -3,13 +3,54 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use standoff::{Position, SensorParams, Spread, StandoffParams, TargetParams};
 
 use crate::scenario::{CueError, Noise, Settings};
 
+/// What a brain tells of itself: what it does not is not scored, and is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reported {
+    /// What it believes of targets.
+    pub tracks: bool,
+    /// Who watches whom together, on which orbits.
+    pub groups: bool,
+}
+
+impl Default for Reported {
+    fn default() -> Self {
+        Self { tracks: true, groups: true }
+    }
+}
+
+impl Reported {
+    /// Whether a metric can be scored. Of what is seen, and how the UAVs fly, nobody need tell.
+    pub(super) fn allows(self, metric: &str) -> bool {
+        match metric {
+            "seen_fraction"
+            | "longest_gap_s"
+            | "separation_min_m"
+            | "separation_min_layer_m"
+            | "turn_rate_saturated_fraction" => true,
+            "position_error_all_m" | "nis" => self.tracks,
+            "standoff_distance_m"
+            | "standoff_tracking_error_m"
+            | "standoff_tracking_error_m_settled"
+            | "infeasible_fraction"
+            | "separation_min_group_m"
+            | "handoffs"
+            | "discards" => self.groups,
+            _ => self.tracks && self.groups,
+        }
+    }
+}
+
 /// What a score needs to know of the scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rules {
+    /// What the record tells of the brain.
+    pub reported: Reported,
     /// The orbit's bounds and the field of view with its margin.
     pub standoff: StandoffParams,
     /// Field of view and sensing range, and the noise that the filters assume.
@@ -33,9 +74,10 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The rules of a mission.
+    /// The rules of a mission whose brain tells all of itself.
     pub fn of(settings: &Settings) -> Self {
         Self {
+            reported: Reported::default(),
             standoff: settings.team.group.standoff,
             sensor: settings.team.track.sensor,
             target: settings.team.track.target,

@@ -141,15 +141,16 @@ impl Tallies {
 
     pub(super) fn scores(&self, rules: &Rules) -> impl Iterator<Item = TargetScore> {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
+        let of_members = rules.reported.allows("watched_fraction");
         self.of.iter().map(move |(target, tally)| TargetScore {
             target: *target,
             until_s: tally.until_us as f64 / 1e6,
             manoeuvres: rules.manoeuvring.contains(target),
-            watched_fraction: share(tally.watched, tally.instants),
+            watched_fraction: share(tally.watched, tally.instants).filter(|_| of_members),
             seen_fraction: share(tally.seen, tally.instants),
             longest_gap_s: (tally.instants > 0).then_some(tally.longest_gap as f64 * rules.period_s),
-            position_error_m: tally.position_m.value(),
-            anees: tally.nees.value(),
+            position_error_m: tally.position_m.value().filter(|_| of_members),
+            anees: tally.nees.value().filter(|_| of_members),
         })
     }
 }
