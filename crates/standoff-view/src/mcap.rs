@@ -33,9 +33,6 @@ use file::Partial;
 use numbers::{GroupOrbit, UavState};
 use scene::Scene;
 
-/// The frame of reference of everything: east, north, up.
-const WORLD: &str = "world";
-
 /// Writes a mission, frame by frame.
 ///
 /// The file grows as `FILE.partial`. [`Writer::finish`] moves it to its place, [`Writer::stop`] leaves it there; a writer

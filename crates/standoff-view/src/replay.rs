@@ -22,8 +22,5 @@ mod tests;
 
 pub use encoder::{Encoder, Part};
 pub use growing::Replay;
-pub use head::{Head, Line};
+pub use head::{FORMAT, Head, Line};
 pub(crate) use part::gzip;
-
-/// Format of heads and parts; it rises when either changes.
-pub const FORMAT: u32 = 2;

@@ -1,7 +1,8 @@
 //! Charts in one style: the page, its axes, lines with their legend, and panels over time.
 
-use super::curve::{Curve, MOST_POINTS, Point, usable};
+use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::gather::{Group, Run};
+use super::ink::{PX, font, ink};
 use super::symbol::{Mark, Symbol};
 use crate::colours::UAVS;
 use plotters::coord::{Shift, types::RangedCoordf64};
@@ -12,8 +13,6 @@ use std::error::Error;
 use std::iter::empty;
 use std::ops::Range;
 
-/// Units of the drawing in a px: plotters places shapes on whole units, and curves on whole px look jagged.
-pub(super) const PX: u32 = 4;
 const WIDTH: u32 = 900;
 /// Room for the upward axis, the time axis and the legend, px.
 const LEFT: u32 = 68;
@@ -59,28 +58,6 @@ impl Line {
     pub(super) fn new(runs: Vec<Vec<Point>>, ink: ShapeStyle) -> Self {
         Self { runs, ink, dashed: false, dashes: None, label: None }
     }
-}
-
-/// A line style of a width in px.
-pub(super) fn ink(colour: RGBColor, width: f64) -> ShapeStyle {
-    colour.stroke_width((width * f64::from(PX)) as u32).filled()
-}
-
-/// A font of a size in px.
-pub(super) fn font(px: f64) -> TextStyle<'static> {
-    // The SVG writer divides sizes by 1.24.
-    ("sans-serif", px * 1.24 * f64::from(PX)).into_font().color(&RGBColor(34, 34, 34))
-}
-
-/// A range that takes in all values with a share of room, and has some width whatever they are.
-pub(super) fn range(values: impl IntoIterator<Item = f64>, least: f64, room: f64) -> Range<f64> {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    values.into_iter().filter_map(usable).for_each(|value| (low, high) = (low.min(value), high.max(value)));
-    let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-    // At a billion metres a metre is not enough to tell ticks apart.
-    let width = (high - low).max(least).max(1e-6 * low.abs().max(high.abs()));
-    let (middle, half) = ((low + high) / 2.0, (0.5 + room) * width);
-    middle - half..middle + half
 }
 
 /// Most points that each of so many curves may have.

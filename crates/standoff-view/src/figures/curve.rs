@@ -1,5 +1,7 @@
 //! A curve that is thinned while it streams in, so that a run of any length stays small.
 
+use std::ops::Range;
+
 /// Most points of a curve.
 pub(super) const MOST_POINTS: usize = 2_000;
 /// Beyond this a value is no physical quantity.
@@ -11,6 +13,17 @@ pub(super) type Point = (f64, f64);
 /// The value if it can be drawn.
 pub(super) fn usable(value: f64) -> Option<f64> {
     (value.abs() <= ABSURD).then_some(value)
+}
+
+/// A range that takes in all values with a share of room, and has some width whatever they are.
+pub(super) fn range(values: impl IntoIterator<Item = f64>, least: f64, room: f64) -> Range<f64> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    values.into_iter().filter_map(usable).for_each(|value| (low, high) = (low.min(value), high.max(value)));
+    let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+    // At a billion metres a metre is not enough to tell ticks apart.
+    let width = (high - low).max(least).max(1e-6 * low.abs().max(high.abs()));
+    let (middle, half) = ((low + high) / 2.0, (0.5 + room) * width);
+    middle - half..middle + half
 }
 
 /// A curve with gaps where a value is missing.

@@ -1,7 +1,6 @@
 //! What the figures show of a run, gathered from its frames one at a time.
 
-use super::chart;
-use super::curve::{Curve, MOST_POINTS, Point, usable};
+use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
@@ -248,7 +247,7 @@ impl Run {
 
     /// From the first to the last instant, s.
     pub(super) fn time(&self) -> Range<f64> {
-        chart::range(self.times.into_iter().flatten(), 1.0, 0.0)
+        range(self.times.into_iter().flatten(), 1.0, 0.0)
     }
 
     /// A curve of each UAV.

@@ -1,7 +1,7 @@
 //! Figure `line_of_sight`: whether every member of the group lies within each UAV's field of view.
 
-use super::Setup;
 use super::chart::{Drawn, Panel, of_uavs, over_time};
+use super::figure::Setup;
 use super::gather::Run;
 
 /// Draws the figure.

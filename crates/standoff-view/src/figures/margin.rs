@@ -1,9 +1,10 @@
 //! Figure `margin`: what a group adds to its spread, and how wrong the centre is that it allows for.
 
-use super::Setup;
-use super::chart::{Drawn, Line, MOST_NAMED, MOST_PANELS, Panel, ink, over_time, share};
+use super::chart::{Drawn, Line, MOST_NAMED, MOST_PANELS, Panel, over_time, share};
 use super::curve::Curve;
+use super::figure::Setup;
 use super::gather::{Group, Run};
+use super::ink::ink;
 
 /// Draws the figure: the margin above, the error below, each with a scale of its own, for the printed margin (16) is a
 /// squared, dimensionless distance taken for metres.

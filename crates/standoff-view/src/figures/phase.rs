@@ -1,9 +1,10 @@
 //! Figure `phase`: how the UAVs of one orbit are spread around it.
 
-use super::Setup;
-use super::chart::{Drawn, Line, MOST_NAMED, Panel, ink, per_group, share};
+use super::chart::{Drawn, Line, MOST_NAMED, Panel, per_group, share};
 use super::curve::Curve;
+use super::figure::Setup;
 use super::gather::{Group, Run};
+use super::ink::ink;
 use standoff_sim::geometry::{Between, wanted_separation_rad};
 use std::collections::BTreeSet;
 

@@ -1,8 +1,9 @@
 //! Figure `separation`: how near the UAVs of one group come to each other.
 
-use super::Setup;
-use super::chart::{Drawn, Line, MOST_NAMED, Panel, ink, over_time, share};
+use super::chart::{Drawn, Line, MOST_NAMED, Panel, over_time, share};
+use super::figure::Setup;
 use super::gather::{Group, Run};
+use super::ink::ink;
 
 /// Draws the figure.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {

@@ -1,8 +1,8 @@
 //! Figure `speed_and_turn_rate`: what each UAV was told to fly and what it flew, within its limits.
 
-use super::Setup;
 use super::chart::{Drawn, Line, MOST_NAMED, Panel, of_uavs, stacked};
 use super::curve::Curve;
+use super::figure::Setup;
 use super::gather::{Run, Uav};
 
 /// Draws the figure. Turn rates swing from limit to limit: on one panel, those of a few UAVs would hide one another.

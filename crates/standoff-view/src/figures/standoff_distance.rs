@@ -1,9 +1,10 @@
 //! Figure `standoff_distance`: how far each UAV is from its group's centre, and from its orbit.
 
-use super::Setup;
-use super::chart::{Drawn, Line, Panel, ink, of_uavs, per_group, range};
-use super::curve::MOST_POINTS;
+use super::chart::{Drawn, Line, Panel, of_uavs, per_group};
+use super::curve::{MOST_POINTS, range};
+use super::figure::Setup;
 use super::gather::{Group, Run};
+use super::ink::ink;
 
 /// Draws the figure.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {

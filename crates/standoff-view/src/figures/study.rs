@@ -1,8 +1,9 @@
 //! Charts of studies: any numbers over any others, with bands of quantiles, in the style of a run's figures.
 
-use super::chart::{Area, Chart, Drawn, PX, REFERENCE, ink, page, range};
-use super::curve::{Point, usable};
-use super::{Figure, FigureError};
+use super::chart::{Area, Chart, Drawn, REFERENCE, page};
+use super::curve::{Point, range, usable};
+use super::figure::{Figure, FigureError};
+use super::ink::{PX, ink};
 use crate::colours::UAVS;
 use plotters::prelude::*;
 use std::convert::Infallible;

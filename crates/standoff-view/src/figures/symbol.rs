@@ -1,6 +1,6 @@
 //! Symbols: small shapes of a fixed size that mark a place or an instant.
 
-use super::chart::{PX, font, ink};
+use super::ink::{PX, font, ink};
 use plotters::element::ComposedElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

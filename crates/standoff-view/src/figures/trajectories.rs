@@ -1,9 +1,10 @@
 //! Figure `trajectories`: the map of the run, with UAVs, targets, groups and their orbits.
 
-use super::Setup;
-use super::chart::{Area, Chart, Drawn, Line, MOST_NAMED, ink, of_uavs, page, range, share};
-use super::curve::{Curve, MOST_POINTS, Point, usable};
+use super::chart::{Area, Chart, Drawn, Line, MOST_NAMED, of_uavs, page, share};
+use super::curve::{Curve, MOST_POINTS, Point, range, usable};
+use super::figure::Setup;
 use super::gather::Run;
+use super::ink::ink;
 use super::symbol::{Mark, Symbol};
 use crate::colours::GROUPS;
 use plotters::prelude::*;

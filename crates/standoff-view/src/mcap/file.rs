@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
 
-use super::McapError;
+use super::error::McapError;
 
 /// `FILE.partial`, removed when dropped.
 pub(super) struct Partial {

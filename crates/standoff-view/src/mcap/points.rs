@@ -2,8 +2,7 @@
 
 use foxglove::messages::{PackedElementField, PointCloud, packed_element_field::NumericType};
 
-use super::WORLD;
-use super::pose::{pose, timestamp, vector};
+use super::pose::{WORLD, pose, timestamp, vector};
 
 /// Points with ids; places in metres east, north and up, rounded to single precision, as point clouds mostly are.
 pub(super) fn cloud(time_us: i64, id: &str, points: impl Iterator<Item = (u32, [f64; 3])>) -> PointCloud {

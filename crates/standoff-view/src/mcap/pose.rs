@@ -9,7 +9,8 @@ use standoff_geodesy::LocalPlane;
 use standoff_sim::record::{Frame, UavRow};
 use std::f64::consts::FRAC_PI_2;
 
-use super::WORLD;
+/// The frame of reference of everything: east, north, up.
+pub(super) const WORLD: &str = "world";
 
 /// A time since the start of the mission, as if that were 1970.
 pub(super) fn timestamp(time_us: i64) -> Timestamp {

@@ -10,9 +10,8 @@ use standoff::math::atan2;
 use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::scenario::Scenario;
 
-use super::WORLD;
 use super::log::target_name;
-use super::pose::{pose, position, timestamp, vector};
+use super::pose::{WORLD, pose, position, timestamp, vector};
 use super::shapes::{arrow, circle, colour, cube, ellipse, sphere, text, view};
 use crate::colours::{GROUPS, GroupColours};
 

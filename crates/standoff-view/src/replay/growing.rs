@@ -4,7 +4,9 @@ use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::{Head, Part, gzip};
+use super::encoder::Part;
+use super::head::Head;
+use super::part::gzip;
 use crate::serve::{Answer, Bytes, Feed};
 
 const JSON: &str = "application/json";

@@ -4,8 +4,10 @@ use serde::Serialize;
 use standoff_sim::record::Manifest;
 use standoff_sim::traffic::Origin;
 
-use super::FORMAT;
 use crate::figures::Setup;
+
+/// Format of heads and parts; it rises when either changes.
+pub const FORMAT: u32 = 2;
 
 /// What the page needs to know of a run beside its parts.
 #[derive(Debug, Clone, Serialize)]
