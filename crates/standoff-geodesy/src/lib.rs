@@ -78,7 +78,7 @@ fn check_distance(distance_m: f64) -> Result<(), ParamError> {
 }
 
 fn check(name: &'static str, value: f64, allowed: Allowed) -> Result<(), ParamError> {
-    if allowed.contains(value) { Ok(()) } else { Err(ParamError { name, value, allowed }) }
+    if allowed.contains(value) { Ok(()) } else { Err(ParamError { path: name.to_owned(), value, allowed }) }
 }
 
 #[cfg(test)]

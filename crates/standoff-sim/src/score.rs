@@ -95,27 +95,8 @@ impl Wanted {
 pub struct Scorer {
     rules: Rules,
     wanted: Wanted,
-    position: Mean,
-    velocity: Mean,
-    position_all: Mean,
-    distance: Mean,
-    standoff: Mean,
-    tracking: Mean,
-    standoff_settled: Mean,
-    tracking_settled: Mean,
-    phase_deg: Mean,
-    line_of_sight_deg: Mean,
-    line_of_sight_max_deg: Option<f64>,
+    so_far: SoFar,
     tallies: Tallies,
-    uncovered: Mean,
-    infeasible: Mean,
-    saturated: Mean,
-    separation_min_m: Option<f64>,
-    separation_min_layer_m: Option<f64>,
-    separation_min_group_m: Option<f64>,
-    handoffs: u64,
-    discards: u64,
-    nees: Mean,
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     surprises: Option<Surprises>,
@@ -127,32 +108,38 @@ pub struct Scorer {
     from_centroid: Vec<Displacement>,
 }
 
+/// What the frames have come to, for the metrics of these names.
+#[derive(Debug, Clone, Default)]
+struct SoFar {
+    position: Mean,
+    velocity: Mean,
+    position_all: Mean,
+    distance: Mean,
+    standoff: Mean,
+    tracking: Mean,
+    standoff_settled: Mean,
+    tracking_settled: Mean,
+    phase_deg: Mean,
+    line_of_sight_deg: Mean,
+    line_of_sight_max_deg: Option<f64>,
+    uncovered: Mean,
+    infeasible: Mean,
+    saturated: Mean,
+    separation_min_m: Option<f64>,
+    separation_min_layer_m: Option<f64>,
+    separation_min_group_m: Option<f64>,
+    handoffs: u64,
+    discards: u64,
+    nees: Mean,
+}
+
 impl Scorer {
     /// A scorer that has seen nothing yet and looks for these metrics; those not chosen may be `None`.
     pub fn new(rules: Rules, choice: Choice) -> Self {
         Self {
             wanted: Wanted::of(choice),
-            position: Mean::default(),
-            velocity: Mean::default(),
-            position_all: Mean::default(),
-            distance: Mean::default(),
-            standoff: Mean::default(),
-            tracking: Mean::default(),
-            standoff_settled: Mean::default(),
-            tracking_settled: Mean::default(),
-            phase_deg: Mean::default(),
-            line_of_sight_deg: Mean::default(),
-            line_of_sight_max_deg: None,
+            so_far: SoFar::default(),
             tallies: Tallies::default(),
-            uncovered: Mean::default(),
-            infeasible: Mean::default(),
-            saturated: Mean::default(),
-            separation_min_m: None,
-            separation_min_layer_m: None,
-            separation_min_group_m: None,
-            handoffs: 0,
-            discards: 0,
-            nees: Mean::default(),
             bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
             innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
             surprises: choice
@@ -191,20 +178,20 @@ impl Scorer {
         if wanted.limits {
             for uav in &frame.uavs {
                 let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
-                self.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
-                self.saturated.add(f64::from(uav.turn_rate_limited));
+                self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
+                self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
             }
         }
         if wanted.coverage {
             for truth in &frame.truth {
                 let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
-                self.uncovered.add(f64::from(!covered));
+                self.so_far.uncovered.add(f64::from(!covered));
             }
         }
         if wanted.events {
             let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
-            self.handoffs += count("handoff-completed");
-            self.discards += count("discarded");
+            self.so_far.handoffs += count("handoff-completed");
+            self.so_far.discards += count("discarded");
         }
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
@@ -227,28 +214,28 @@ impl Scorer {
             watched_fraction: watched.value(),
             seen_fraction: seen.value(),
             longest_gap_s: seen.value().map(|_| longest_gap as f64 * period_s),
-            position_error_m: self.position.value(),
-            velocity_error_m_s: self.velocity.value(),
-            position_error_all_m: self.position_all.value(),
-            standoff_distance_m: self.distance.value(),
-            standoff_error_m: self.standoff.value(),
-            standoff_tracking_error_m: self.tracking.value(),
-            standoff_error_m_settled: self.standoff_settled.value(),
-            standoff_tracking_error_m_settled: self.tracking_settled.value(),
-            phase_error_deg: self.phase_deg.value(),
-            line_of_sight_deg: self.line_of_sight_deg.value(),
-            line_of_sight_max_deg: self.line_of_sight_max_deg,
+            position_error_m: self.so_far.position.value(),
+            velocity_error_m_s: self.so_far.velocity.value(),
+            position_error_all_m: self.so_far.position_all.value(),
+            standoff_distance_m: self.so_far.distance.value(),
+            standoff_error_m: self.so_far.standoff.value(),
+            standoff_tracking_error_m: self.so_far.tracking.value(),
+            standoff_error_m_settled: self.so_far.standoff_settled.value(),
+            standoff_tracking_error_m_settled: self.so_far.tracking_settled.value(),
+            phase_error_deg: self.so_far.phase_deg.value(),
+            line_of_sight_deg: self.so_far.line_of_sight_deg.value(),
+            line_of_sight_max_deg: self.so_far.line_of_sight_max_deg,
             out_of_view_fraction: unseen.value(),
             out_of_view_longest_s: unseen.value().map(|_| longest_streak as f64 * period_s),
-            uncovered_fraction: self.uncovered.value(),
-            infeasible_fraction: self.infeasible.value(),
-            turn_rate_saturated_fraction: self.saturated.value(),
-            separation_min_m: self.separation_min_m,
-            separation_min_layer_m: self.separation_min_layer_m,
-            separation_min_group_m: self.separation_min_group_m,
-            handoffs: self.wanted.events.then_some(self.handoffs),
-            discards: self.wanted.events.then_some(self.discards),
-            anees: self.nees.value(),
+            uncovered_fraction: self.so_far.uncovered.value(),
+            infeasible_fraction: self.so_far.infeasible.value(),
+            turn_rate_saturated_fraction: self.so_far.saturated.value(),
+            separation_min_m: self.so_far.separation_min_m,
+            separation_min_layer_m: self.so_far.separation_min_layer_m,
+            separation_min_group_m: self.so_far.separation_min_group_m,
+            handoffs: self.wanted.events.then_some(self.so_far.handoffs),
+            discards: self.wanted.events.then_some(self.so_far.discards),
+            anees: self.so_far.nees.value(),
             anees_quiet: quiet,
             anees_manoeuvring: manoeuvring,
             standoff_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.truth.value()),
@@ -278,13 +265,13 @@ impl Scorer {
     fn estimate(&mut self, track: &TrackRow, truth: &TruthRow) {
         let [_, vx_m_s, _, _, vy_m_s, _] = track.state;
         let position_error_m = position_error_m(track, truth);
-        self.position_all.add(position_error_m);
+        self.so_far.position_all.add(position_error_m);
         if track.group.is_some() {
-            self.position.add(position_error_m);
-            self.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
+            self.so_far.position.add(position_error_m);
+            self.so_far.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
             let nees = self.wanted.consistency.then(|| nees_per_state(&self.rules, track, truth)).flatten();
             if let Some(nees) = nees {
-                self.nees.add(nees);
+                self.so_far.nees.add(nees);
             }
             if self.wanted.tallies {
                 self.tallies.estimate(track.target, position_error_m, nees);
@@ -300,13 +287,13 @@ impl Scorer {
         let centre = centre(group);
         for (index, uav) in self.crew.iter().enumerate() {
             let error_m = (uav.distance_m(centre) - group.standoff_distance_m).abs();
-            self.distance.add(group.standoff_distance_m);
-            self.tracking.add(error_m);
+            self.so_far.distance.add(group.standoff_distance_m);
+            self.so_far.tracking.add(error_m);
             if settled {
-                self.tracking_settled.add(error_m);
+                self.so_far.tracking_settled.add(error_m);
             }
             for other in &self.crew[index + 1..] {
-                take_least(&mut self.separation_min_group_m, uav.distance_m(*other));
+                take_least(&mut self.so_far.separation_min_group_m, uav.distance_m(*other));
             }
         }
 
@@ -316,15 +303,15 @@ impl Scorer {
         let standoff_m = self.rules.standoff_m(&self.members, centroid, 0.0);
         for uav in &self.crew {
             let error_m = (uav.distance_m(centroid) - standoff_m).abs();
-            self.standoff.add(error_m);
+            self.so_far.standoff.add(error_m);
             if settled {
-                self.standoff_settled.add(error_m);
+                self.so_far.standoff_settled.add(error_m);
             }
         }
         self.from_centroid.clear();
         self.from_centroid.extend(self.crew.iter().map(|uav| *uav - centroid));
         if let Some(error_deg) = phase_error_deg(&self.from_centroid, self.rules.separation_rad) {
-            self.phase_deg.add(error_deg);
+            self.so_far.phase_deg.add(error_deg);
         }
     }
 
@@ -333,9 +320,9 @@ impl Scorer {
         for (index, uav) in uavs.iter().enumerate() {
             for other in &uavs[index + 1..] {
                 let distance_m = at(uav).distance_m(at(other));
-                take_least(&mut self.separation_min_m, distance_m);
+                take_least(&mut self.so_far.separation_min_m, distance_m);
                 if uav.altitude_m.zip(other.altitude_m).is_none_or(|(one_m, other_m)| one_m == other_m) {
-                    take_least(&mut self.separation_min_layer_m, distance_m);
+                    take_least(&mut self.so_far.separation_min_layer_m, distance_m);
                 }
             }
         }
@@ -348,9 +335,9 @@ impl Scorer {
             let angles_rad = lines_of_sight_rad([&pair[0], &pair[pair.len() - 1]], &self.known);
             for angle_rad in angles_rad.into_iter().take(pair.len()).flatten() {
                 let largest_deg = angle_rad.to_degrees();
-                self.line_of_sight_deg.add(largest_deg);
-                self.line_of_sight_max_deg =
-                    Some(self.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+                self.so_far.line_of_sight_deg.add(largest_deg);
+                self.so_far.line_of_sight_max_deg =
+                    Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
             }
         }
     }

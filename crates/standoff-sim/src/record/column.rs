@@ -89,19 +89,9 @@ fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
     })
 }
 
-/// Whether a column is in the files that are read.
-#[derive(Clone, Copy, PartialEq)]
-enum Presence {
-    Always,
-    /// Files of older versions lack it.
-    Added,
-    /// This file does.
-    Missing,
-}
-
 /// Passes over the next column if the file lacks it.
 pub(crate) fn is_missing(cells: &mut Cells<'_>) -> bool {
-    let is_missing = cells.as_slice().first().is_some_and(|column| !column.is_there());
+    let is_missing = cells.as_slice().first().is_some_and(|column| column.is_missing);
     is_missing && cells.next().is_some()
 }
 
@@ -109,7 +99,9 @@ pub(crate) fn is_missing(cells: &mut Cells<'_>) -> bool {
 pub(crate) struct Column {
     name: String,
     optional: bool,
-    presence: Presence,
+    /// Files of older versions lack it, and this one does.
+    pub(crate) may_be_missing: bool,
+    pub(crate) is_missing: bool,
     /// One per row, 1 where the row has a value; empty if every row has one.
     levels: Vec<i16>,
     values: Values,
@@ -124,34 +116,13 @@ impl Column {
         Self {
             name: name.to_owned(),
             optional,
-            presence: Presence::Always,
+            may_be_missing: false,
+            is_missing: false,
             levels: Vec::new(),
             values: T::empty(),
             rows_taken: 0,
             values_taken: 0,
         }
-    }
-
-    /// Files of older versions lack it.
-    pub(crate) fn may_be_missing(&mut self) {
-        self.presence = Presence::Added;
-    }
-
-    /// The file may lack it.
-    pub(crate) fn may_miss(&self) -> bool {
-        self.presence == Presence::Added
-    }
-
-    /// Whether the file lacks it is known now.
-    pub(crate) fn set_missing(&mut self, is_missing: bool) {
-        if is_missing {
-            self.presence = Presence::Missing;
-        }
-    }
-
-    /// It is not known to be missing.
-    pub(crate) fn is_there(&self) -> bool {
-        self.presence != Presence::Missing
     }
 
     pub(crate) fn name(&self) -> &str {

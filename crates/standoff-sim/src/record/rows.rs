@@ -58,7 +58,7 @@ macro_rules! table {
                 $(declare(|row: &Self| &row.$field, stringify!($field), &mut columns);)+
                 let _old = columns.len();
                 $($(declare(|row: &Self| &row.$new, stringify!($new), &mut columns);)+
-                columns[_old..].iter_mut().for_each(Column::may_be_missing);)?
+                columns[_old..].iter_mut().for_each(|column| column.may_be_missing = true);)?
                 columns
             }
 

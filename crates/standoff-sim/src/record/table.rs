@@ -206,9 +206,9 @@ impl<R: Row> TableReader<R> {
         sources: impl Into<VecDeque<Source>>,
     ) -> Result<Self, RecordError> {
         let wanted: Vec<_> =
-            columns.iter().map(|column| (column.name(), column.physical(), column.may_miss())).collect();
+            columns.iter().map(|column| (column.name(), column.physical(), column.may_be_missing)).collect();
         let blocks = Blocks::new(sources, &wanted).map_err(|error| RecordError::parquet_read(&path, error))?;
-        columns.iter_mut().zip(blocks.missing()).for_each(|(column, is_missing)| column.set_missing(is_missing));
+        columns.iter_mut().zip(blocks.missing()).for_each(|(column, is_missing)| column.is_missing = is_missing);
         Ok(Self { path, blocks, columns, left: 0, taken: 0, kind: PhantomData })
     }
 

@@ -18,58 +18,80 @@ const ROWS: usize = 50_000;
 /// its instants.
 const MOST_ROWS: usize = 4 * ROWS;
 
-const UAV: [&str; 12] = [
-    "group",
-    "x_m",
-    "y_m",
-    "heading_rad",
-    "speed_m_s",
-    "turn_rate_rad_s",
-    "boresight_rad",
-    "speed_limited",
-    "turn_rate_limited",
-    "centre_distance_m",
-    // worked out
-    "standoff_error_m",
-    "line_of_sight_rad",
-];
+/// Defines a table's columns, each beside what is in it: their names, and the row that a function gives of an object.
+macro_rules! columns {
+    ($names:ident: $row:ident($($of:ident: $type:ty),*) { $($column:ident: $value:expr,)+ }) => {
+        const $names: [&str; [$(stringify!($column)),+].len()] = [$(stringify!($column)),+];
 
-const GROUP: [&str; 14] = [
-    "x_m",
-    "y_m",
-    "members",
-    "spread_m",
-    "margin_m",
-    "standoff_distance_m",
-    "feasible",
-    "separation_m",
-    // worked out
-    "phase_rad",
-    "phase_wanted_rad",
-    "position_error_m",
-    "position_bound_m",
-    "scan_sd_m",
-    "colour",
-];
+        fn $row($($of: $type),*) -> [Option<f64>; $names.len()] {
+            [$($value),+]
+        }
+    };
+}
 
-const TARGET: [&str; 15] = [
-    "true_x_m",
-    "true_y_m",
-    "x_m",
-    "y_m",
-    "vx_m_s",
-    "vy_m_s",
-    "cov_x_x",
-    "cov_x_y",
-    "cov_y_y",
-    "status",
-    "place",
-    "group",
-    "to_group",
+columns! { UAV: uav(row: &UavRow, judged: &Judged<'_>) {
+    group: row.group.map(f64::from),
+    x_m: Some(row.x_m),
+    y_m: Some(row.y_m),
+    heading_rad: Some(row.heading_rad),
+    speed_m_s: Some(row.speed_m_s),
+    turn_rate_rad_s: Some(row.turn_rate_rad_s),
+    boresight_rad: row.boresight_rad,
+    speed_limited: Some(f64::from(row.speed_limited)),
+    turn_rate_limited: Some(f64::from(row.turn_rate_limited)),
+    centre_distance_m: row.centre_distance_m,
     // worked out
-    "in_view",
-    "detections",
-];
+    standoff_error_m: judged.standoff_error_m(row),
+    line_of_sight_rad: judged.geometry.line_of_sight_rad(row),
+} }
+
+columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Option<(f64, Option<f64>)>,
+    scan_sd_m: Option<f64>, colour: Option<usize>) {
+    x_m: Some(row.x_m),
+    y_m: Some(row.y_m),
+    members: Some(f64::from(row.members)),
+    spread_m: Some(row.spread_m),
+    margin_m: Some(row.margin_m),
+    standoff_distance_m: Some(row.standoff_distance_m),
+    feasible: Some(f64::from(row.feasible)),
+    separation_m: row.separation_m,
+    // worked out
+    phase_rad: phase.map(|(phase_rad, _)| phase_rad),
+    phase_wanted_rad: phase.map(|(_, wanted_rad)| wanted_rad),
+    position_error_m: errors.map(|(error_m, _)| error_m),
+    position_bound_m: errors.and_then(|(_, bound_m)| bound_m),
+    scan_sd_m: scan_sd_m,
+    colour: colour.map(|place| place as f64),
+} }
+
+// Of the state and of its covariance's upper triangle: [x, vx, ax, y, vy, ay], whose rows have 6, 5, 4, 3, 2, 1 numbers.
+columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is_in_view: Option<bool>, detected: u32) {
+    true_x_m: truth.map(|truth| truth.x_m),
+    true_y_m: truth.map(|truth| truth.y_m),
+    x_m: track.map(|track| track.state[0]),
+    y_m: track.map(|track| track.state[3]),
+    vx_m_s: track.map(|track| track.state[1]),
+    vy_m_s: track.map(|track| track.state[4]),
+    cov_x_x: track.map(|track| track.covariance[0]),
+    cov_x_y: track.map(|track| track.covariance[3]),
+    cov_y_y: track.map(|track| track.covariance[15]),
+    status: track.map(|track| match track.status {
+        TrackStatus::Cued => 0.0,
+        TrackStatus::Held => 1.0,
+        TrackStatus::Coasting => 2.0,
+    }),
+    place: track.map(|track| match track.place {
+        Place::Unassigned => 0.0,
+        Place::Member => 1.0,
+        Place::Dwell => 2.0,
+        Place::Discarded => 3.0,
+    }),
+    group: track.and_then(|track| track.group).map(f64::from),
+    to_group: track.and_then(|track| track.to_group).map(f64::from),
+    // worked out
+    in_view: is_in_view.map(f64::from),
+    detections: Some(f64::from(detected)),
+} }
 
 /// Turns the frames of a run into parts.
 #[derive(Debug)]
@@ -144,8 +166,7 @@ impl Encoder {
         draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
         draft.uavs.next_instant();
         for row in &frame.uavs {
-            let line_of_sight_rad = judged.geometry.line_of_sight_rad(row);
-            draft.uavs.put(row.uav, uav(row, judged.standoff_error_m(row), line_of_sight_rad));
+            draft.uavs.put(row.uav, uav(row, &judged));
         }
         let phases = phases(frame, self.rules.separation_rad);
         draft.groups.next_instant();
@@ -220,85 +241,6 @@ impl Draft {
             self.targets.put(id, target(truth(id), track(id), judged.in_view(id), seen));
         }
     }
-}
-
-fn uav(row: &UavRow, standoff_error_m: Option<f64>, line_of_sight_rad: Option<f64>) -> [Option<f64>; UAV.len()] {
-    [
-        row.group.map(f64::from),
-        Some(row.x_m),
-        Some(row.y_m),
-        Some(row.heading_rad),
-        Some(row.speed_m_s),
-        Some(row.turn_rate_rad_s),
-        row.boresight_rad,
-        Some(f64::from(row.speed_limited)),
-        Some(f64::from(row.turn_rate_limited)),
-        row.centre_distance_m,
-        standoff_error_m,
-        line_of_sight_rad,
-    ]
-}
-
-fn group(
-    row: &GroupRow,
-    phase: Option<(f64, f64)>,
-    errors: Option<(f64, Option<f64>)>,
-    scan_sd_m: Option<f64>,
-    colour: Option<usize>,
-) -> [Option<f64>; GROUP.len()] {
-    [
-        Some(row.x_m),
-        Some(row.y_m),
-        Some(f64::from(row.members)),
-        Some(row.spread_m),
-        Some(row.margin_m),
-        Some(row.standoff_distance_m),
-        Some(f64::from(row.feasible)),
-        row.separation_m,
-        phase.map(|(phase_rad, _)| phase_rad),
-        phase.map(|(_, wanted_rad)| wanted_rad),
-        errors.map(|(error_m, _)| error_m),
-        errors.and_then(|(_, bound_m)| bound_m),
-        scan_sd_m,
-        colour.map(|place| place as f64),
-    ]
-}
-
-fn target(
-    truth: Option<&TruthRow>,
-    track: Option<&TrackRow>,
-    in_view: Option<bool>,
-    detections: u32,
-) -> [Option<f64>; TARGET.len()] {
-    let state = |place: usize| track.map(|track| track.state[place]);
-    // [x, vx, ax, y, vy, ay]: rows of the upper triangle have 6, 5, 4, 3, 2, 1 numbers.
-    let covariance = |place: usize| track.map(|track| track.covariance[place]);
-    [
-        truth.map(|truth| truth.x_m),
-        truth.map(|truth| truth.y_m),
-        state(0),
-        state(3),
-        state(1),
-        state(4),
-        covariance(0),
-        covariance(3),
-        covariance(15),
-        track.map(|track| match track.status {
-            TrackStatus::Cued => 0.0,
-            TrackStatus::Held => 1.0,
-            TrackStatus::Coasting => 2.0,
-        }),
-        track.map(|track| match track.place {
-            Place::Unassigned => 0.0,
-            Place::Member => 1.0,
-            Place::Dwell => 2.0,
-            Place::Discarded => 3.0,
-        }),
-        track.and_then(|track| track.group).map(f64::from),
-        track.and_then(|track| track.to_group).map(f64::from),
-        in_view.map(f64::from),
-        Some(f64::from(detections)),
-    ]
 }
 
 /// The phase separation of each group that is furthest from what is wanted, and what is wanted, rad.
