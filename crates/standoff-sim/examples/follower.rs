@@ -80,7 +80,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scenario = Scenario::load(name, &Edits::default(), seed.parse()?)?;
     let ours = fly(&scenario, Choice::standard()).map_err(|errors| errors[0].clone())?;
     for (brain, metrics) in [("follower", follow(&scenario)?), ("standoff", ours)] {
-        let percent = |share: Option<f64>| share.map_or("not told".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+        let percent =
+            |share: Option<f64>| share.map_or("not told".to_owned(), |share| format!("{:.0} %", 100.0 * share));
         let (seen, watched) = (percent(metrics.seen_fraction), percent(metrics.watched_fraction));
         println!("{brain}: in some UAV's view {seen} of the time, watched in a group {watched}");
     }

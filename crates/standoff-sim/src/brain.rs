@@ -7,7 +7,7 @@ use standoff::{
     Agent, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
 };
 
-use crate::frame::{Frame, Reported};
+pub use crate::frame::{Frame, Reported};
 use crate::rows;
 use crate::scenario::Minds;
 
@@ -97,7 +97,7 @@ impl Brain for One {
     }
 
     fn reported(&self) -> Reported {
-        Reported::ALL
+        Reported::default()
     }
 
     fn report(&self, frame: &mut Frame) {
@@ -133,7 +133,7 @@ impl Brain for Each {
     }
 
     fn reported(&self) -> Reported {
-        Reported::ALL
+        Reported::default()
     }
 
     fn report(&self, frame: &mut Frame) {

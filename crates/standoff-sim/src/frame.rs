@@ -3,8 +3,11 @@
 //! Positions are metres east (`x`) and north (`y`); angles are radians, anticlockwise from east, in
 //! (-pi, pi]. A value that does not exist (no group, no boresight yet) is `None`, never a NaN.
 
+use serde::{Deserialize, Serialize};
+
 /// What a brain tells of what it believes and intends; what it does not tell is not scored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Reported {
     /// Tracks, and what happens to them.
     pub tracks: bool,
@@ -13,10 +16,14 @@ pub struct Reported {
 }
 
 impl Reported {
-    /// Everything.
-    pub const ALL: Self = Self { tracks: true, groups: true };
-    /// Nothing: only where UAVs fly and sensors point is known.
+    /// Nothing: only where UAVs fly and where sensors point is known.
     pub const NOTHING: Self = Self { tracks: false, groups: false };
+}
+
+impl Default for Reported {
+    fn default() -> Self {
+        Self { tracks: true, groups: true }
+    }
 }
 
 /// Everything that the record holds of one instant.

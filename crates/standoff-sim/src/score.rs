@@ -19,13 +19,14 @@ use crate::geometry::{
 use bound::Bound;
 use innovation::Innovations;
 use mean::Mean;
+use rules::allows;
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 
 pub use bound::Bound as PositionBound;
 pub use judged::Judged;
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
-pub use rules::{Reported, Rules};
+pub use rules::Rules;
 pub use tally::TargetScore;
 
 /// What has to be worked out for the chosen metrics.
@@ -248,7 +249,7 @@ impl Scorer {
             velocity_squared_error_m2_s2: velocity.squared_error.value(),
             velocity_bound_m2_s2: velocity.bound.value(),
         }
-        .only(|metric| self.rules.reported.allows(metric))
+        .only(|metric| allows(self.rules.reported, metric))
     }
 
     /// How each target fared that has existed, by id. Nobody is in it unless a metric that needs it was chosen.
@@ -400,6 +401,7 @@ fn take_least(least: &mut Option<f64>, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::Reported;
     use crate::run::Mission;
     use crate::scenario::{Edits, Scenario};
 

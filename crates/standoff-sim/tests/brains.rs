@@ -10,8 +10,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use standoff::{Command, Message, Scan, Step, Time, UavId, UavState};
-use standoff_sim::brain::Brain;
-use standoff_sim::frame::{Frame, Reported};
+use standoff_sim::brain::{Brain, Frame, Reported};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{BUILT_IN, Edits, Minds, Scenario};
 use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
@@ -79,7 +78,7 @@ impl Brain for Renamed {
         self.inner.decide(uav)
     }
     fn reported(&self) -> Reported {
-        Reported::ALL
+        Reported::default()
     }
     fn report(&self, frame: &mut Frame) {
         self.inner.report(frame);
@@ -91,7 +90,7 @@ impl Brain for Renamed {
 fn scored(scenario: &Scenario, brain: Box<dyn Brain>) -> Metrics {
     let mut mission = Mission::with_brain(scenario, brain).unwrap();
     let rules = Rules { reported: mission.reported(), ..Rules::of(&scenario.settings) };
-    let mut scorer = Scorer::new(rules, Choice::all());
+    let mut scorer = Scorer::new(rules, Choice::parse("all").unwrap());
     while let Some(frame) = mission.frame() {
         scorer.frame(frame);
     }
@@ -105,7 +104,7 @@ fn product(scenario: &Scenario) -> Box<dyn Brain> {
 /// Tracks have names of their own: scores find what they are about by the target, and a brain is asked in order.
 #[test]
 fn scores_go_by_targets_whatever_a_brain_calls_its_tracks() {
-    let scenario = load("tour/02-pair", &["duration_s=30"], 1);
+    let scenario = load("tour/02-two-uavs", &["duration_s=30"], 1);
     let asked = Rc::default();
     let renamed = Renamed { asked: Rc::clone(&asked), inner: product(&scenario) };
     assert_eq!(scored(&scenario, Box::new(renamed)), scored(&scenario, product(&scenario)));
@@ -126,7 +125,7 @@ fn scenario_targets(scenario: &Scenario) -> usize {
 /// A brain that reports nothing is scored by what its sensors see and by where its UAVs fly, and by nothing else.
 #[test]
 fn what_a_brain_does_not_report_is_not_scored() {
-    let scenario = load("tour/02-pair", &[], 1);
+    let scenario = load("tour/02-two-uavs", &[], 1);
     let metrics = follower::follow(&scenario).unwrap();
     assert!(metrics.seen_fraction.unwrap() > 0.2, "{metrics:?}");
     assert!(metrics.longest_gap_s.is_some() && metrics.separation_min_m.is_some());
@@ -161,7 +160,7 @@ impl Brain for Wild {
 /// Whatever a brain asks for, its UAVs fly what they can, and the record says that they were limited.
 #[test]
 fn no_brain_flies_a_uav_beyond_its_limits() {
-    let scenario = load("tour/02-pair", &[], 1);
+    let scenario = load("tour/02-two-uavs", &[], 1);
     let mut mission = Mission::with_brain(&scenario, Box::new(Wild)).unwrap();
     while let Some(frame) = mission.frame() {
         for uav in &frame.uavs {

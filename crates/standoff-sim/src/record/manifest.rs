@@ -7,8 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::RecordError;
+use crate::frame::Reported;
 use crate::input;
-use crate::score::Reported;
 use crate::text::{quoted, words};
 use crate::traffic::{Origin, Unit};
 

@@ -3,48 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
 use standoff::{Position, SensorParams, Spread, StandoffParams, TargetParams};
 
+use crate::frame::Reported;
 use crate::scenario::{CueError, Noise, Settings};
-
-/// What a brain tells of itself: what it does not is not scored, and is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Reported {
-    /// What it believes of targets.
-    pub tracks: bool,
-    /// Who watches whom together, on which orbits.
-    pub groups: bool,
-}
-
-impl Default for Reported {
-    fn default() -> Self {
-        Self { tracks: true, groups: true }
-    }
-}
-
-impl Reported {
-    /// Whether a metric can be scored. Of what is seen, and how the UAVs fly, nobody need tell.
-    pub(super) fn allows(self, metric: &str) -> bool {
-        match metric {
-            "seen_fraction"
-            | "longest_gap_s"
-            | "separation_min_m"
-            | "separation_min_layer_m"
-            | "turn_rate_saturated_fraction" => true,
-            "position_error_all_m" | "nis" => self.tracks,
-            "standoff_distance_m"
-            | "standoff_tracking_error_m"
-            | "standoff_tracking_error_m_settled"
-            | "infeasible_fraction"
-            | "separation_min_group_m"
-            | "handoffs"
-            | "discards" => self.groups,
-            _ => self.tracks && self.groups,
-        }
-    }
-}
 
 /// What a score needs to know of the scenario.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,5 +58,25 @@ impl Rules {
         let squared_m2 = members.iter().map(|member| member.squared_distance_m2(centre));
         let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
         self.standoff.distance(spread, margin_m).distance_m
+    }
+}
+
+/// Whether a metric can be scored. Of what is seen, and how the UAVs fly, nobody need tell.
+pub(super) fn allows(reported: Reported, metric: &str) -> bool {
+    match metric {
+        "seen_fraction"
+        | "longest_gap_s"
+        | "separation_min_m"
+        | "separation_min_layer_m"
+        | "turn_rate_saturated_fraction" => true,
+        "position_error_all_m" | "nis" => reported.tracks,
+        "standoff_distance_m"
+        | "standoff_tracking_error_m"
+        | "standoff_tracking_error_m_settled"
+        | "infeasible_fraction"
+        | "separation_min_group_m"
+        | "handoffs"
+        | "discards" => reported.groups,
+        _ => reported.tracks && reported.groups,
     }
 }
