@@ -67,6 +67,7 @@ class Record:
         self.tracks = self.by_instant("tracks", "target")
         self.groups = self.by_instant("groups", "group")
         self.detections = self.by_instant("detections", "uav", "target")
+        self.views = self.by_instant("views", "uav", "target") if (folder / "views.parquet").exists() else None
         self.events = defaultdict(list)
         for event in self.rows("events"):
             self.events[event.time_us].append(event)
@@ -267,6 +268,8 @@ def check_measurements(record, compare):
             measured = record.detections[time][uav, target]
             distance, azimuth = equation_7(record.uavs[time][uav].position, truth[target].position)
             residuals.append([measured.range_m - distance, wrap(measured.bearing_rad - azimuth)])
+        if record.views is not None:
+            check_views(record, time, expected, compare)
     sds = [sensor["range_sd_m"], np.radians(sensor["bearing_sd_deg"])]
     for name, sd, values in zip(["range", "azimuth"], sds, np.array(residuals).reshape(-1, 2).T):
         if sd == 0.0:
@@ -274,6 +277,20 @@ def check_measurements(record, compare):
         elif len(values):
             compare(f"(7) variance of the {name}'s noise (statistics)", 1.0, np.mean((values / sd) ** 2),
                     tolerance=STATISTICS * np.sqrt(2.0 / len(values)))
+
+
+def check_views(record, time, expected, compare):
+    """The tables' derived columns: who sees whom, and how far estimates are from the truth."""
+    compare("views: targets in view", 0, len(set(record.views[time]) ^ expected))
+    for uav, target in expected:
+        row, view = record.uavs[time][uav], record.views[time][uav, target]
+        distance, azimuth = equation_7(row.position, record.truth[time][target].position)
+        compare("views: range", view.range_m, distance)
+        compare.angle("views: angle off boresight", view.off_boresight_rad, wrap(azimuth - row.boresight_rad))
+    for target, track in record.tracks[time].items():
+        there = record.truth[time].get(target)
+        off = None if there is None else np.hypot(*(track.position - there.position))
+        compare("tracks: position error", track.position_error_m, off)
 
 
 def inverse(p):
@@ -609,7 +626,7 @@ def check_metrics(record, compare):
     samples, hidden, gaps, gap = defaultdict(list), [], {}, 0
     for time in record.times:
         track_samples(record, time, samples)
-        orbit_samples(record, time, samples)
+        orbit_samples(record, time, samples, compare)
         separation_samples(record.uavs[time].values(), samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
@@ -731,7 +748,7 @@ def track_samples(record, time, samples):
                 samples["anees_manoeuvring" if target in record.manoeuvring else "anees_quiet"].append(anees)
 
 
-def orbit_samples(record, time, samples):
+def orbit_samples(record, time, samples, compare):
     scenario, truth, groups = record.scenario, record.truth[time], record.groups[time]
     settled = ["", "_settled"] if time / 1e6 >= scenario["settle_s"] else [""]
     for row in record.uavs[time].values():
@@ -743,6 +760,10 @@ def orbit_samples(record, time, samples):
         members = [truth[target].position for target in record.members(time, group) if target in truth]
         centroid = np.mean(members, axis=0) if members else None
         spread = max([np.hypot(*(member - centroid)) for member in members], default=None)
+        for row in record.uavs[time].values():
+            if record.views is not None and row.group == group:
+                off = np.hypot(*(row.position - centroid)) - equation_15(scenario, spread, 0.0, 0.0)[1] if members else None
+                compare("uavs: standoff error", row.standoff_error_m, off)
         for uav in uavs:
             own = abs(np.hypot(*(uav - orbit.position)) - orbit.standoff_distance_m)
             true = abs(np.hypot(*(uav - centroid)) - equation_15(scenario, spread, 0.0, 0.0)[1]) if members else None

@@ -17,7 +17,7 @@ import duckdb
 import pandas
 import polars
 
-TABLES = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets"]
+TABLES = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets", "views"]
 AXES = ["x", "vx", "ax", "y", "vy", "ay"]
 
 
@@ -35,8 +35,8 @@ def main(arguments):
         print(f"{folder}: {manifest['scenario']}, seed {manifest['seed']}, format {manifest['format']}")
         for table in TABLES:
             path = folder / f"{table}.parquet"
-            if table == "truth" and not path.exists():
-                print("truth: taken out")
+            if table in ["truth", "views"] and not path.exists():
+                print(f"{table}: taken out")
                 continue
             print(check(table, path, manifest["counts"]))
     except Exception as error:  # whatever a library raises, the record is at fault or unreadable

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use standoff_sim::record::{Closed, Frame, Kept, MAX_ROWS, Occupancy, Writer, in_the_way, occupancy};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Template};
+use standoff_sim::score::Rules;
 use standoff_sim::text;
 use standoff_sim::world::World;
 use standoff_view::replay::Line;
@@ -180,7 +181,8 @@ fn fly(
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
     let resolved = scenario.resolved().map_err(Failure::Scenario)?;
     let names = World::names(scenario);
-    let mut writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(of_record)?;
+    let writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(of_record)?;
+    let mut writer = writer.judged_by(Rules::of(&scenario.settings));
     if let Some(older) = writer.set_aside() {
         note(&format!("note: an unfinished run is kept in {} until this one is complete", text::path(older)));
     }

@@ -76,7 +76,8 @@ fn alone_it_flies_figure_9_beside_the_papers_law_and_says_where_the_results_are(
             "tracks.parquet",
             "trajectories.svg",
             "truth.parquet",
-            "uavs.parquet"
+            "uavs.parquet",
+            "views.parquet"
         ]
     );
     // Nothing tells where or when it was written.

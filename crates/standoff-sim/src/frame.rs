@@ -206,6 +206,19 @@ pub struct DetectionRow {
     pub bearing_rad: f64,
 }
 
+/// A true target in the view of a UAV: within half the field of view of the boresight and within sensing range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewRow {
+    /// UAV whose sensor is pointed.
+    pub uav: u32,
+    /// Target in its view.
+    pub target: u32,
+    /// True range, m.
+    pub range_m: f64,
+    /// Direction to the target off the boresight, rad, anticlockwise positive, in (-pi, pi].
+    pub off_boresight_rad: f64,
+}
+
 /// Something that happened. What a kind of event has no use for is `None`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventRow {

@@ -1,8 +1,8 @@
 //! The record of a run: a folder of Parquet tables, written while the run goes and read back in step.
 //!
 //! A record holds `run.json` (what was run, by which version), `scenario.toml` (the resolved
-//! scenario) and the tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events` and
-//! `targets`, each as `<name>.parquet`. Figures and summaries may lie beside them. The same frames
+//! scenario) and the tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events`, `targets` and
+//! `views`, each as `<name>.parquet`. Figures and summaries may lie beside them. The same frames
 //! give the same bytes: nothing in a record tells when, where or by whom it was written.
 //!
 //! Until it is whole it lies in a folder beside its place, says that it is unfinished, and can be read up to its last
@@ -22,7 +22,9 @@ mod rows;
 pub(crate) mod table;
 mod writer;
 
-pub use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+pub use crate::frame::{
+    DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+};
 pub use allowance::EventAllowance;
 pub use error::RecordError;
 pub use folder::{Occupancy, in_the_way, occupancy};

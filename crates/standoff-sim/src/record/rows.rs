@@ -5,16 +5,16 @@ use standoff_parquet::MAX_CELL;
 
 use super::column::{self, Cells, Column, Fault, Field, Scalar, What};
 use super::table::Row;
-use crate::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow};
 use crate::text::quoted;
 
-/// The names of the tables that grow with every instant; the files are `<name>.parquet`.
+/// The names of the tables that frames are read from; the files are `<name>.parquet`.
 pub(super) const TIMED: [&str; 6] =
     [UavRow::TABLE, TruthRow::TABLE, TrackRow::TABLE, GroupRow::TABLE, DetectionRow::TABLE, EventRow::TABLE];
 
 /// There is a table of that name.
 pub(super) fn is_table(name: &str) -> bool {
-    TIMED.contains(&name) || name == TargetRow::TABLE
+    TIMED.contains(&name) || [TargetRow::TABLE, ViewRow::TABLE].contains(&name)
 }
 
 /// A target's name: the table of targets is written once, when the run begins.
@@ -35,13 +35,13 @@ pub(super) struct At<R> {
 pub(super) const MOST_UAVS: usize = 100;
 
 /// Most rows of a table at one instant. Work on an instant takes UAVs by groups, or by one another; a scenario has up to
-/// 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic may have at one time. Detections:
-/// of 100 UAVs that see 10,000 targets.
+/// 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic may have at one time. Detections
+/// and views: of 100 UAVs that see 10,000 targets.
 pub(super) fn most_at_once(table: &str) -> usize {
     match table {
         "uavs" | "groups" => MOST_UAVS,
         "events" => 20_000,
-        "detections" => 1_000_000,
+        "detections" | "views" => 1_000_000,
         _ => 100_000,
     }
 }
@@ -116,6 +116,49 @@ table! { "events", EventRow:
 
 table! { "targets", TargetRow:
     target, name
+}
+
+table! { "views", ViewRow:
+    uav, target, range_m, off_boresight_rad
+}
+
+/// A row and an error of it by the true geometry, in a column behind its own. It is for others: what reads a record here
+/// derives it again, and has it of old records, too.
+pub(super) struct WithError<R> {
+    pub(super) row: R,
+    pub(super) error_m: Option<f64>,
+}
+
+/// A row that has such a column.
+pub(super) trait Erring: Row {
+    const ERROR: &'static str;
+}
+
+impl Erring for UavRow {
+    const ERROR: &'static str = "standoff_error_m";
+}
+
+impl Erring for TrackRow {
+    const ERROR: &'static str = "position_error_m";
+}
+
+impl<R: Erring> Row for WithError<R> {
+    const TABLE: &'static str = R::TABLE;
+
+    fn columns() -> Vec<Column> {
+        let mut columns = R::columns();
+        Option::<f64>::declare(R::ERROR, &mut columns);
+        columns
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        self.row.put(cells)?;
+        self.error_m.put(cells)
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        Ok(Self { row: R::get(cells)?, error_m: Field::get(cells)? })
+    }
 }
 
 impl<R: Row> Row for At<R> {

@@ -9,11 +9,12 @@ use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::folder::{self, Growing, SCENARIO, Turn};
 use super::manifest::MANIFEST;
-use super::rows::{At, TargetRow, most_at_once, seconds};
-use super::table::{Missing, Row, TableWriter, file_of};
+use super::rows::{At, TargetRow, WithError, most_at_once, seconds};
+use super::table::{Row, TableWriter, file_of};
 use super::{Counts, FORMAT, Manifest, RecordError};
 use crate::disk::{PARTIAL, beside};
-use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow, ViewRow};
+use crate::score::{Judged, Rules};
 
 /// Least time between two checkpoints: what the end of the process may cost.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
@@ -52,12 +53,14 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Writer {
-    uavs: TableWriter<At<UavRow>>,
+    uavs: TableWriter<At<WithError<UavRow>>>,
     truth: TableWriter<At<TruthRow>>,
-    tracks: TableWriter<At<TrackRow>>,
+    tracks: TableWriter<At<WithError<TrackRow>>>,
     groups: TableWriter<At<GroupRow>>,
     detections: TableWriter<At<DetectionRow>>,
     events: TableWriter<At<EventRow>>,
+    views: TableWriter<At<ViewRow>>,
+    rules: Option<Rules>,
     bounds: Bounds,
     last_us: Option<i64>,
     sound: bool,
@@ -119,6 +122,8 @@ impl Writer {
             groups: table(&partial)?,
             detections: table(&partial)?,
             events: table(&partial)?,
+            views: table(&partial)?,
+            rules: None,
             bounds: Bounds::new(&manifest, target_names.len()),
             last_us: None,
             sound: true,
@@ -130,6 +135,13 @@ impl Writer {
             partial,
             lock,
         })
+    }
+
+    /// Has the record hold what its frames come to by the true geometry, for who reads it with other programs: views, and
+    /// errors of standoff distances and positions. Without this they are empty.
+    #[must_use]
+    pub fn judged_by(self, rules: Rules) -> Self {
+        Self { rules: Some(rules), ..self }
     }
 
     /// Where an unfinished run lies that was in the way: until this one is published.
@@ -150,12 +162,21 @@ impl Writer {
         }
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|Beyond { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
-        put(&mut self.uavs, time_us, &frame.uavs)?;
-        put(&mut self.truth, time_us, &frame.truth)?;
-        put(&mut self.tracks, time_us, &frame.tracks)?;
-        put(&mut self.groups, time_us, &frame.groups)?;
-        put(&mut self.detections, time_us, &frame.detections)?;
-        put(&mut self.events, time_us, &frame.events)?;
+        let judged = self.rules.as_ref().map(|rules| Judged::new(rules, frame, true));
+        put(&mut self.uavs, time_us, &frame.uavs, |row| {
+            let error_m = judged.as_ref().and_then(|judged| judged.standoff_error_m(row));
+            WithError { row: *row, error_m }
+        })?;
+        put(&mut self.truth, time_us, &frame.truth, Clone::clone)?;
+        put(&mut self.tracks, time_us, &frame.tracks, |row| {
+            let error_m = judged.as_ref().and_then(|judged| judged.geometry.position_error_m(row));
+            WithError { row: *row, error_m }
+        })?;
+        put(&mut self.groups, time_us, &frame.groups, Clone::clone)?;
+        put(&mut self.detections, time_us, &frame.detections, Clone::clone)?;
+        put(&mut self.events, time_us, &frame.events, Clone::clone)?;
+        let views: Vec<ViewRow> = judged.iter().flat_map(Judged::views).collect();
+        put(&mut self.views, time_us, &views, Clone::clone)?;
         self.last_us = Some(time_us);
         self.sound = true;
         let now = Instant::now();
@@ -206,6 +227,7 @@ impl Writer {
             self.groups.count(),
             self.detections.count(),
             self.events.count(),
+            self.views.count(),
             (TargetRow::TABLE.to_owned(), self.bounds.targets as u64),
         ];
         let counts = Some(Counts { instants: self.bounds.instants, rows: rows.into() });
@@ -250,7 +272,8 @@ impl Writer {
         self.tracks.finish()?;
         self.groups.finish()?;
         self.detections.finish()?;
-        self.events.finish()
+        self.events.finish()?;
+        self.views.finish()
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
@@ -307,14 +330,19 @@ fn table<R: Row>(partial: &Partial) -> Result<TableWriter<R>, RecordError> {
     TableWriter::create(file_of::<R>(&partial.path))
 }
 
-fn put<R: Row + Clone>(table: &mut TableWriter<At<R>>, time_us: i64, rows: &[R]) -> Result<(), RecordError> {
-    if rows.len() > most_at_once(R::TABLE) {
+fn put<R, T: Row>(
+    table: &mut TableWriter<At<T>>,
+    time_us: i64,
+    rows: &[R],
+    row: impl Fn(&R) -> T,
+) -> Result<(), RecordError> {
+    if rows.len() > most_at_once(T::TABLE) {
         return Err(bad_frame(
             time_us,
             "it has more UAVs, groups, targets, detections or events than can be read again",
         ));
     }
-    rows.iter().cloned().try_for_each(|row| table.push(&At { time_us, row }))
+    rows.iter().map(row).try_for_each(|row| table.push(&At { time_us, row }))
 }
 
 fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
@@ -353,5 +381,72 @@ impl Drop for Partial {
                 let _ = std::fs::remove_dir(parent);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::table::TableReader;
+    use super::*;
+    use crate::run::Mission;
+    use crate::scenario::{Edits, Scenario};
+    use crate::score::{Choice, Scorer};
+    use crate::world::World;
+
+    fn rows<R: Row>(dir: &Path) -> Vec<At<R>> {
+        let mut table = TableReader::open(file_of::<At<R>>(dir)).unwrap();
+        std::iter::from_fn(|| table.next_row().unwrap()).collect()
+    }
+
+    /// Who reads a record with other programs has what the metrics are made of without working any geometry out.
+    #[test]
+    fn its_tables_hold_what_the_metrics_are_made_of() {
+        let home = tempfile::tempdir().unwrap();
+        let dir = home.path().join("run");
+        let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 3).unwrap();
+        let (settings, names) = (&scenario.settings, World::names(&scenario));
+        let manifest = Manifest::new(&scenario.name, 3, settings.duration.s(), settings.period.s());
+        let rules = Rules::of(settings);
+        let writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &names).unwrap();
+        let mut writer = writer.judged_by(rules.clone());
+        let (mut mission, mut scorer) = (Mission::new(&scenario).unwrap(), Scorer::new(rules.clone(), Choice::ALL));
+        let mut frames = Vec::new();
+        while let Some(frame) = mission.frame() {
+            writer.frame(frame).unwrap();
+            scorer.frame(frame);
+            frames.push(frame.clone());
+        }
+        writer.finish().unwrap();
+        let metrics = scorer.metrics();
+
+        let uavs = rows::<WithError<UavRow>>(&dir);
+        let errors_m: Vec<f64> = uavs.iter().filter_map(|at| at.row.error_m).collect();
+        let mean_m = errors_m.iter().map(|error_m| error_m.abs()).sum::<f64>() / errors_m.len() as f64;
+        assert_eq!(Some(mean_m), metrics.standoff_error_m);
+        assert!(errors_m.iter().any(|error_m| *error_m < 0.0) && errors_m.iter().any(|error_m| *error_m > 0.0));
+
+        let tracks = rows::<WithError<TrackRow>>(&dir);
+        let members = tracks.iter().filter(|at| at.row.row.group.is_some());
+        let errors_m: Vec<f64> = members.filter_map(|at| at.row.error_m).collect();
+        assert_eq!(Some(errors_m.iter().sum::<f64>() / errors_m.len() as f64), metrics.position_error_m);
+
+        let views = rows::<ViewRow>(&dir);
+        let seen: BTreeSet<(i64, u32)> = views.iter().map(|at| (at.time_us, at.row.target)).collect();
+        let instants = (frames.len() - 1) * names.len();
+        assert_eq!(Some(seen.len() as f64 / instants as f64), metrics.seen_fraction);
+        for At { time_us, row } in &views {
+            let frame = frames.iter().find(|frame| frame.time_us == *time_us).unwrap();
+            let uav = frame.uavs[row.uav as usize];
+            let truth = frame.truth[row.target as usize];
+            let direction_rad = uav.boresight_rad.unwrap() + row.off_boresight_rad;
+            let (dx_m, dy_m) = (row.range_m * direction_rad.cos(), row.range_m * direction_rad.sin());
+            assert!((uav.x_m + dx_m - truth.x_m).abs() < 1e-6 && (uav.y_m + dy_m - truth.y_m).abs() < 1e-6);
+            assert!(row.off_boresight_rad.abs() <= rules.sensor.half_view_rad());
+        }
+        assert!(views.iter().any(|at| at.row.off_boresight_rad < 0.0));
+        let counts = super::super::Record::open(&dir).unwrap().manifest().counts.clone().unwrap();
+        assert_eq!(counts.rows["views"], views.len() as u64);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use standoff::{Angle, Position};
 
 use super::rules::Rules;
-use crate::frame::{Frame, UavRow};
+use crate::frame::{Frame, UavRow, ViewRow};
 use crate::geometry::{Geometry, at, centroid, is_seen, looking, position, truth_of};
 
 /// A frame, judged by the true geometry.
@@ -49,6 +49,16 @@ impl<'a> Judged<'a> {
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(truth_of(self.frame, target)?);
         self.is_after_cue.then(|| is_seen(&self.rules.sensor, &self.looking, target))
+    }
+
+    /// What each UAV has in view, by UAV then target.
+    pub fn views(&self) -> impl Iterator<Item = ViewRow> {
+        let pairs = self.looking.iter().flat_map(|uav| self.frame.truth.iter().map(move |truth| (uav, truth)));
+        pairs.filter_map(|((uav, at, boresight), truth)| {
+            let seen = self.rules.sensor.look(*at, *boresight, position(truth))?;
+            let off_boresight_rad = (seen.bearing - *boresight).rad();
+            Some(ViewRow { uav: *uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })
+        })
     }
 
     /// The fourth root of the inverse determinant of the information that one scan by each UAV of a group tells of a
