@@ -1,6 +1,6 @@
 //! How many of a run's events are told one by one: tables hold any number of them, for few bytes.
 
-use super::EventRow;
+use crate::frame::EventRow;
 
 /// Most events told of a run: more than a person reads or a page lists. Eleven vehicles in city traffic give ten a minute.
 const MOST: usize = 50_000;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::RecordError;
 use super::checkpoint::{self, CHECKPOINT, Checkpoint};
+use super::error::RecordError;
 use super::manifest::{MANIFEST, Manifest};
 use super::rows::is_table;
 use crate::disk::{self, PARTIAL, beside};

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::RecordError;
+use super::error::RecordError;
 use crate::frame::Reported;
 use crate::input;
 use crate::text::{quoted, words};

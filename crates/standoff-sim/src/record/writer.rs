@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
+use super::error::RecordError;
 use super::folder::{self, Growing, SCENARIO, Turn};
-use super::manifest::MANIFEST;
+use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
 use super::rows::{At, TargetRow, WithError, most_at_once, seconds};
-use super::table::{Row, TableWriter, file_of};
-use super::{Counts, FORMAT, Manifest, RecordError};
+use super::table::{Missing, Row, TableWriter, file_of};
 use crate::disk::{PARTIAL, beside};
 use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow, ViewRow};
 use crate::score::{Judged, Rules};
@@ -388,6 +388,8 @@ impl Drop for Partial {
 mod tests {
     use std::collections::BTreeSet;
 
+    use standoff::math::{cos, sin};
+
     use super::super::table::TableReader;
     use super::*;
     use crate::run::Mission;
@@ -441,12 +443,12 @@ mod tests {
             let uav = frame.uavs[row.uav as usize];
             let truth = frame.truth[row.target as usize];
             let direction_rad = uav.boresight_rad.unwrap() + row.off_boresight_rad;
-            let (dx_m, dy_m) = (row.range_m * direction_rad.cos(), row.range_m * direction_rad.sin());
+            let (dx_m, dy_m) = (row.range_m * cos(direction_rad), row.range_m * sin(direction_rad));
             assert!((uav.x_m + dx_m - truth.x_m).abs() < 1e-6 && (uav.y_m + dy_m - truth.y_m).abs() < 1e-6);
             assert!(row.off_boresight_rad.abs() <= rules.sensor.half_view_rad());
         }
         assert!(views.iter().any(|at| at.row.off_boresight_rad < 0.0));
-        let counts = super::super::Record::open(&dir).unwrap().manifest().counts.clone().unwrap();
+        let counts = super::super::reader::Record::open(&dir).unwrap().manifest().counts.clone().unwrap();
         assert_eq!(counts.rows["views"], views.len() as u64);
     }
 }
