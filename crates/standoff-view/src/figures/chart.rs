@@ -74,6 +74,15 @@ pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u
     curves.enumerate().map(line).collect()
 }
 
+/// A curve of each group in the groups' colours; the first few are named.
+pub(super) fn of_groups(run: &Run, width: f64, curve: fn(&Group) -> &Curve) -> Vec<Line> {
+    let line = |(rank, (&id, group)): (usize, (&u32, &Group))| Line {
+        label: (rank < MOST_NAMED).then(|| format!("group {id}")),
+        ..Line::new(curve(group).runs(share(run.groups.len())), ink(run.group_colour(id), width))
+    };
+    run.groups.iter().enumerate().map(line).collect()
+}
+
 /// A page 900 px wide with heading and caption, which ends in a note, on which `draw` draws.
 pub(super) fn page(
     heading: &str,
