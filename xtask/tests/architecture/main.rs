@@ -2,6 +2,7 @@
 
 mod circles;
 mod code;
+mod names;
 
 use std::fs;
 use std::path::{Path, PathBuf};
