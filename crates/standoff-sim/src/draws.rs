@@ -4,8 +4,10 @@
 //! draw. The words of a key are mixed, one after the other, by SplitMix64's output function, of which every bit depends
 //! on every bit of its input; what comes out starts a SplitMix64 of its own.
 
+mod split_mix;
 mod ziggurat;
 
+use split_mix::SplitMix64;
 use ziggurat::Ziggurat;
 
 /// What a draw is for.
@@ -45,20 +47,6 @@ impl Draws {
 
 fn mixed(word: u64) -> u64 {
     SplitMix64(word).next_u64()
-}
-
-/// The generator of Steele, Lea and Flood (2014): a counter, mixed. Not a library's: theirs are not inlined, and a mission
-/// starts a dozen at every tick.
-#[derive(Debug, Clone)]
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next_u64(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let word = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        word ^ (word >> 31)
-    }
 }
 
 /// A short sequence of random numbers.

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use standoff::math;
 
-use super::SplitMix64;
+use super::split_mix::SplitMix64;
 
 /// The area under the bell exp(-x^2 / 2), x > 0, is cut into so many layers of the same area.
 const LAYERS: usize = 256;

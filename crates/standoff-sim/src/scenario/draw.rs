@@ -59,6 +59,12 @@ pub(super) struct Drawing {
 impl Drawing {
     /// The number at a key of the table that `at` stands for.
     pub(super) fn number(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) -> f64 {
+        // Most numbers are so, and nothing is to be said of them.
+        if let Number::Constant(value) = *number
+            && allowed.contains(value)
+        {
+            return value;
+        }
         let key = format_args!("{at}{key}");
         let value = value(number, &key, self.draws, 0);
         let looked_at = if self.is_of_many { *number } else { Number::Constant(value) };
@@ -80,7 +86,6 @@ impl Drawing {
 pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) -> f64 {
     match *number {
         _ if number.problem().is_some() => 1.0,
-        // Most numbers are: keys are spelt out for the others only.
         Number::Constant(value) => value,
         _ => {
             let key = key.to_string();
