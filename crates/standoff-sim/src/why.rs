@@ -95,8 +95,8 @@ fn founded(cause: &str, members: u32) -> Option<String> {
     let which = match (cause, members) {
         ("first", 1) => " by itself",
         ("first", _) => " near one another",
-        ("outsiders", 1) => " that was in no group",
-        ("outsiders", _) => " that were in no group",
+        ("unassigned", 1) => " that was in no group",
+        ("unassigned", _) => " that were in no group",
         ("split", _) => " split off: there are UAVs for another group",
         _ => return None,
     };

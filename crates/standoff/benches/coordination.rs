@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::coordination::assignment::{Hand, Site, assign};
+use standoff::coordination::assignment::{AvailableUav, Site, assign};
 use standoff::coordination::clustering::Clusters;
 use standoff::*;
 
@@ -14,9 +14,9 @@ fn assignment(c: &mut Criterion) {
     let sensor = TeamParams::table_1().track.sensor;
     for (uavs, groups, targets) in [(4, 2, 7), (8, 4, 40), (12, 6, 120), (30, 15, 300), (100, 50, 1000)] {
         let radius_m = 1000.0 * f64::from(groups).sqrt();
-        let team: Vec<Hand> = (0..)
+        let team: Vec<AvailableUav> = (0..)
             .zip(spread(Position::from_m(500.0, -200.0), uavs, radius_m))
-            .map(|(id, position)| Hand { uav: UavId(id), position, serves: None })
+            .map(|(id, position)| AvailableUav { uav: UavId(id), position, serves: None })
             .collect();
         let members: Vec<Vec<Position>> = (0u32..)
             .zip(spread(Position::ORIGIN, groups, radius_m))

@@ -4,7 +4,7 @@
 //! difference, not in a single bit.
 
 use crate::angle::Angle;
-use crate::coordination::assignment::{Duty, Hand, Site, assign};
+use crate::coordination::assignment::{AvailableUav, Duty, Site, assign};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
@@ -315,8 +315,9 @@ impl Picture {
             self.crew.extend_from_slice(&previous.crew);
             return;
         };
-        let hand = |mate: &Teammate| Hand { uav: mate.uav, position: mate.state.position, serves: mate.group };
-        let uavs: Vec<Hand> = self.team.iter().map(hand).collect();
+        let available =
+            |mate: &Teammate| AvailableUav { uav: mate.uav, position: mate.state.position, serves: mate.group };
+        let uavs: Vec<AvailableUav> = self.team.iter().map(available).collect();
         let positions = |id: GroupId| self.memberships.of(id).map(|place| self.known()[place].position());
         let members: Vec<(GroupId, Vec<Position>)> =
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
@@ -355,15 +356,15 @@ impl Picture {
         if self.team.iter().map(|mate| mate.uav).eq(previous.team.iter().map(|mate| mate.uav)) {
             return;
         }
-        let told = |kind, group, uav| Event { kind, track: None, group, to: None, uav: Some(uav) };
+        let event = |kind, group, uav| Event { kind, track: None, group, to: None, uav: Some(uav) };
         for Teammate { uav, .. } in &previous.team {
             if self.teammate(*uav).is_none() {
-                self.events.push(told(EventKind::UavLost, previous.duty_of(*uav), *uav));
+                self.events.push(event(EventKind::UavLost, previous.duty_of(*uav), *uav));
             }
         }
         for Teammate { uav, .. } in &self.team {
             if previous.had_team && previous.teammate(*uav).is_none() {
-                self.events.push(told(EventKind::UavJoined, self.duty_of(*uav), *uav));
+                self.events.push(event(EventKind::UavJoined, self.duty_of(*uav), *uav));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! (32) adds information about different targets before the determinant is taken, and (33) lets a UAV serve two groups.
 
-use standoff::coordination::assignment::{Hand, Site, assign};
+use standoff::coordination::assignment::{AvailableUav, Site, assign};
 use standoff::{Displacement, Duty, GroupId, Objective, Position, SensorParams, TeamParams, UavId, math};
 use standoff_sim::draws::{Draw, Draws, Stream};
 
@@ -100,8 +100,10 @@ impl World {
     }
 
     fn crews(&self, objective: Objective) -> Vec<Duty> {
-        let hands: Vec<Hand> =
-            (0..).zip(&self.uavs).map(|(id, &position)| Hand { uav: UavId(id), position, serves: None }).collect();
+        let hands: Vec<AvailableUav> = (0..)
+            .zip(&self.uavs)
+            .map(|(id, &position)| AvailableUav { uav: UavId(id), position, serves: None })
+            .collect();
         let sites: Vec<Site<'_>> =
             (0..).zip(&self.groups).map(|(id, members)| Site { group: GroupId(id), members }).collect();
         assign(&hands, &sites, &self.sensor, objective, TeamParams::table_1().group.assignment_inertia)

@@ -26,7 +26,7 @@ use crate::sensor::SensorParams;
 use crate::team::Objective;
 use crate::uav::UavId;
 use problem::Problem;
-pub use problem::{DET_FLOOR_1_M4, Hand, Site};
+pub use problem::{AvailableUav, DET_FLOOR_1_M4, Site};
 
 /// Up to so many UAVs the assignment is exact and ties are broken as said above; beyond, see [`assign`].
 pub const EXACT_UAVS_MAX: usize = 12;
@@ -56,7 +56,7 @@ pub struct Duty {
 ///
 /// `inertia` is what staying where it is counts for a UAV under the default objective, in ln det per target of its group.
 pub fn assign(
-    uavs: &[Hand],
+    uavs: &[AvailableUav],
     sites: &[Site<'_>],
     sensor: &SensorParams,
     objective: Objective,
@@ -76,6 +76,6 @@ pub fn assign(
     let group_of = |uav: usize| {
         problem.sites.iter().zip(&blocks).find(|(_, block)| block.contains(&uav)).map(|(choice, _)| choice.group)
     };
-    let duty = |(index, hand): (usize, &Hand)| group_of(index).map(|group| Duty { uav: hand.uav, group });
+    let duty = |(index, hand): (usize, &AvailableUav)| group_of(index).map(|group| Duty { uav: hand.uav, group });
     uavs.iter().enumerate().filter_map(duty).collect()
 }

@@ -121,7 +121,7 @@ pub enum FoundingReason {
     /// Nothing was watched yet.
     First,
     /// Targets in no group.
-    Outsiders,
+    Unassigned,
     /// There are UAVs for another group: this one was split off.
     Split,
 }
@@ -225,7 +225,7 @@ impl EventKind {
             Self::Lost(LossReason::Vanished) => "vanished",
             Self::Lost(LossReason::Diverged) => "diverged",
             Self::GroupFounded { reason: FoundingReason::First, .. } => "first",
-            Self::GroupFounded { reason: FoundingReason::Outsiders, .. } => "outsiders",
+            Self::GroupFounded { reason: FoundingReason::Unassigned, .. } => "unassigned",
             Self::GroupFounded { reason: FoundingReason::Split, .. } | Self::Regrouped => "split",
             Self::GroupDissolved(DissolutionReason::Empty) => "empty",
             Self::GroupDissolved(DissolutionReason::TooMany) => "too-many",

@@ -48,17 +48,17 @@ impl Contribution {
         let weights = sensor.noise_weights();
         core::array::from_fn(|i| {
             let ((_, z, predicted), expected) = (measurements[i], expected[i]);
-            // Where the Jacobian does not exist, what is told weighs nothing.
+            // Where the Jacobian does not exist, the measurement weighs nothing.
             let weights = if expected.range_m >= RANGE_MIN_M { weights } else { [0.0; 2] };
             let [range, bearing] = sensor::jacobian_rows(expected.range_m.max(RANGE_MIN_M), targets_rel_uav[i]);
-            let told = |h: Vector2<f64>, nu: f64, weight: f64| {
-                let told = h * weight;
-                let information = Matrix2::new(told.x * h.x, told.x * h.y, told.x * h.y, told.y * h.y);
-                Contribution { information, vector: told * (nu + h.dot(&predicted.vector())) }
+            let scalar = |h: Vector2<f64>, nu: f64, weight: f64| {
+                let weighted = h * weight;
+                let information = Matrix2::new(weighted.x * h.x, weighted.x * h.y, weighted.x * h.y, weighted.y * h.y);
+                Contribution { information, vector: weighted * (nu + h.dot(&predicted.vector())) }
             };
-            // R is diagonal: range and bearing tell one by one.
-            let mut sum = told(range, z.range_m - expected.range_m, weights[0]);
-            sum += told(bearing, (z.bearing - expected.bearing).rad(), weights[1]);
+            // R is diagonal: range and bearing are taken one by one.
+            let mut sum = scalar(range, z.range_m - expected.range_m, weights[0]);
+            sum += scalar(bearing, (z.bearing - expected.bearing).rad(), weights[1]);
             sum
         })
     }
@@ -104,7 +104,7 @@ impl Estimate {
 /// A contribution is taken in at once if the product of the traces of I and A is no more than this: what differences of
 /// covariances lose grows with its cube, to the last four digits but here. A position known to 700 m and measured to 10 m
 /// makes 10,000.
-const TOLD_AT_ONCE_MAX: f64 = 1e4;
+const AT_ONCE_MAX: f64 = 1e4;
 
 /// No direction needs more parts than this: 10,000 to that power is beyond what numbers hold.
 const PARTS_MAX: u32 = 6;
@@ -177,7 +177,7 @@ impl InformationFilter {
         // One triangle speaks for both, whatever the contribution's rounding.
         let of = |row, column| contribution.information[(row, column)];
         let information = Matrix2::new(of(0, 0), of(0, 1), of(0, 1), of(1, 1));
-        if information.trace() * self.estimate.position_covariance().trace() > TOLD_AT_ONCE_MAX {
+        if information.trace() * self.estimate.position_covariance().trace() > AT_ONCE_MAX {
             self.update_direction_by_direction(&information, &contribution.vector);
         } else {
             self.update_at_once(&information, &contribution.vector);
@@ -192,21 +192,21 @@ impl InformationFilter {
     #[cold]
     fn update_direction_by_direction(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
         let Estimate { state, covariance } = &mut self.estimate;
-        let told = vector - information * state.position().vector();
+        let innovation = vector - information * state.position().vector();
         let directions = information.symmetric_eigen();
-        let foretold = state.position().vector();
+        let predicted = state.position().vector();
         for (direction, weight) in directions.eigenvectors.column_iter().zip(&directions.eigenvalues) {
             // Where it tells nothing, rounding leaves a little, of either sign.
             if *weight <= f64::EPSILON * information.trace() {
                 continue;
             }
-            let measured_m = direction.dot(&foretold) + direction.dot(&told) / weight;
+            let measured_m = direction.dot(&predicted) + direction.dot(&innovation) / weight;
             let mut left = *weight;
             for _ in 0..PARTS_MAX {
                 let p = covariance.matrix();
                 let along = p.column(0) * direction.x + p.column(3) * direction.y;
                 let variance_m2 = along[0] * direction.x + along[3] * direction.y;
-                let share = left.min(TOLD_AT_ONCE_MAX / variance_m2);
+                let share = left.min(AT_ONCE_MAX / variance_m2);
                 let gain = along * (share / (1.0 + share * variance_m2));
                 state.0 += gain * (measured_m - direction.dot(&state.position().vector()));
                 *covariance = Covariance::from(&(p - gain * along.transpose()));
@@ -228,7 +228,7 @@ impl InformationFilter {
         let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
         let damping =
             Matrix2::new(undamped[(1, 1)], -undamped[(0, 1)], -undamped[(1, 0)], undamped[(0, 0)]) / determinant;
-        let told = damping * (vector - information * state.position().vector());
+        let innovation = damping * (vector - information * state.position().vector());
         let weight = damping * information;
         let (w_xx, w_xy, w_yy) = (weight[(0, 0)], weight[(0, 1)], weight[(1, 1)]);
 
@@ -245,7 +245,7 @@ impl InformationFilter {
             for column in 0..3 {
                 p.across[row][column] -= lost_x[row].x * with_x[column].y + lost_y[row].x * with_y[column].y;
             }
-            let moved = with_x[row] * told.x + with_y[row] * told.y;
+            let moved = with_x[row] * innovation.x + with_y[row] * innovation.y;
             state.0[row] += moved.x;
             state.0[3 + row] += moved.y;
         }

@@ -16,7 +16,7 @@ pub const DET_FLOOR_1_M4: f64 = 1e-24;
 
 /// A UAV to be assigned.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hand {
+pub struct AvailableUav {
     /// Which UAV.
     pub uav: UavId,
     /// Where it is.
@@ -58,7 +58,7 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(uavs: &[Hand], sites: &[Site<'_>], sensor: &SensorParams, inertia: f64) -> Self {
+    pub(super) fn new(uavs: &[AvailableUav], sites: &[Site<'_>], sensor: &SensorParams, inertia: f64) -> Self {
         let n = uavs.len();
         let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
         targets.sort_unstable_by(|a, b| b.cmp(a));
@@ -70,14 +70,14 @@ impl Problem {
             Some(core::cmp::Ordering::Equal) => Some(0..=1),
             Some(core::cmp::Ordering::Less) => None,
         };
-        let told = |uav: Position, target: &Position| {
+        let information_of = |uav: Position, target: &Position| {
             let information = sensor.information(uav, *target);
             if information.iter().all(|entry| entry.is_finite()) { information } else { Matrix2::zeros() }
         };
         let choice = |site: &Site<'_>| {
             let information = uavs
                 .iter()
-                .map(|hand| site.members.iter().map(|target| told(hand.position, target)).collect())
+                .map(|hand| site.members.iter().map(|target| information_of(hand.position, target)).collect())
                 .collect();
             let staying = in_millionths(inertia * site.members.len() as f64);
             let inertia = uavs.iter().map(|hand| if hand.serves == Some(site.group) { staying } else { 0 }).collect();

@@ -139,8 +139,8 @@ impl<'a> Search<'a> {
                 Some(uav) if block.is_empty() => problem.score(site, &[uav]),
                 None if block.is_empty() => 0,
                 _ => {
-                    let told = choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav);
-                    told + choice.inertia(block) + uav.map_or(0, |uav| choice.inertia(&[uav]))
+                    let informed = choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav);
+                    informed + choice.inertia(block) + uav.map_or(0, |uav| choice.inertia(&[uav]))
                 }
             };
             *known[uav.unwrap_or(problem.uavs)].get_or_insert_with(score)

@@ -33,12 +33,12 @@ impl Draw {
     }
 }
 
-fn hand(id: u32, position: Position) -> Hand {
-    Hand { uav: UavId(id), position, serves: None }
+fn hand(id: u32, position: Position) -> AvailableUav {
+    AvailableUav { uav: UavId(id), position, serves: None }
 }
 
 struct World {
-    uavs: Vec<Hand>,
+    uavs: Vec<AvailableUav>,
     groups: Vec<Vec<Position>>,
 }
 
@@ -99,12 +99,12 @@ impl World {
     }
 
     fn score(&self, groups: &[usize], objective: Objective) -> i64 {
-        let told = |group: usize, target: Position| {
+        let information_of = |group: usize, target: Position| {
             let uavs = self.uavs.iter().zip(groups).filter(|(_, of)| **of == group);
             uavs.map(|(hand, _)| sensor().information(hand.position, target)).sum::<Matrix2<f64>>()
         };
         let served = |group: &usize| groups.contains(group);
-        let of = |group: usize| self.groups[group].iter().map(move |target| told(group, *target));
+        let of = |group: usize| self.groups[group].iter().map(move |target| information_of(group, *target));
         let ln = |information: Matrix2<f64>| math::ln(information.determinant().max(1e-24));
         let millionths = |ln: f64| (1e6 * ln).round() as i64;
         let groups = (0..self.groups.len()).filter(served);

@@ -176,7 +176,7 @@ impl Settling<'_> {
             self.memberships.set(*place, Membership::Member(id));
             self.events.push(Event::of_track(EventKind::Joined, self.track(*place), Some(id)));
         }
-        self.tell_of_founding(id, FoundingReason::Outsiders);
+        self.tell_of_founding(id, FoundingReason::Unassigned);
     }
 
     /// Splits the group with the largest sum of squares in two; the part with more members stays itself.
