@@ -74,16 +74,22 @@ pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
     Ok(scorer.metrics())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = env::args().skip(1).collect();
-    let [name, seed] = &arguments[..] else { return Err("usage: follower SCENARIO SEED".into()) };
-    let scenario = Scenario::load(name, &Edits::default(), seed.parse()?)?;
+/// What the follower and the product come to in one scenario, on the same draws.
+pub(crate) fn compared(name: &str, seed: u64) -> Result<Vec<String>, Box<dyn Error>> {
+    let scenario = Scenario::load(name, &Edits::default(), seed)?;
     let ours = fly(&scenario, Choice::standard()).map_err(|errors| errors[0].clone())?;
-    for (brain, metrics) in [("follower", follow(&scenario)?), ("standoff", ours)] {
+    let line = |(brain, metrics): (&str, Metrics)| {
         let percent =
             |share: Option<f64>| share.map_or("not told".to_owned(), |share| format!("{:.0} %", 100.0 * share));
         let (seen, watched) = (percent(metrics.seen_fraction), percent(metrics.watched_fraction));
-        println!("{brain}: in some UAV's view {seen} of the time, watched in a group {watched}");
-    }
+        format!("{brain}: in some UAV's view {seen} of the time, watched in a group {watched}")
+    };
+    Ok([("follower", follow(&scenario)?), ("standoff", ours)].map(line).into())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let [name, seed] = &arguments[..] else { return Err("usage: follower SCENARIO SEED".into()) };
+    compared(name, seed.parse()?)?.iter().for_each(|line| println!("{line}"));
     Ok(())
 }

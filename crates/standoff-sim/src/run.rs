@@ -251,9 +251,12 @@ impl Mission {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
     use super::*;
     use crate::scenario::Edits;
-    use standoff::TargetState;
+    use standoff::{Displacement, Step, TargetState};
 
     /// The agents never see truth: moving every target after the sensors have spoken changes no command and no belief.
     #[test]
@@ -285,6 +288,34 @@ mod tests {
                 assert_eq!(frames[0].groups, frames[1].groups);
             }
         }
+    }
+
+    /// Writes down where its UAVs believe themselves to be.
+    struct Listener(Rc<RefCell<Vec<UavState>>>);
+
+    impl Brain for Listener {
+        fn observe(&mut self, _: Time, _: UavId, own: &UavState, _: Option<Scan>) {
+            self.0.borrow_mut().push(*own);
+        }
+        fn hear(&mut self, _: UavId, _: &Message) {}
+        fn decide(&mut self, _: UavId) -> Step {
+            Step::of(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 })
+        }
+    }
+
+    /// A brain knows where its UAV believes itself to be, the record where it is.
+    #[test]
+    fn a_brain_sees_the_believed_state_and_the_record_the_true_one() {
+        let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1).unwrap();
+        let heard = Rc::default();
+        let mut mission = Mission::with_brain(&scenario, Box::new(Listener(Rc::clone(&heard)))).unwrap();
+        let truth = mission.uavs[0].truth;
+        let belief = UavState { position: truth.position + Displacement::from_m(30.0, -4.0), ..truth };
+        mission.uavs[0].belief = belief;
+        let row = mission.frame().unwrap().uavs[0];
+        assert_eq!(*heard.borrow(), [belief]);
+        assert_eq!((row.x_m, row.y_m), (truth.position.x_m(), truth.position.y_m()));
+        assert_eq!(mission.uavs[0].belief, mission.uavs[0].truth, "navigation is perfect");
     }
 
     #[test]

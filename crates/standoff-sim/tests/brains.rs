@@ -143,6 +143,14 @@ fn what_a_brain_does_not_report_is_not_scored() {
     assert_eq!((metrics.handoffs, metrics.discards), (None, None));
 }
 
+#[test]
+fn the_book_quotes_what_the_follower_prints() {
+    let page = include_str!("../../../docs/brains.md");
+    let command = "--example follower -- tour/04-two-groups 1\n";
+    let quoted = page.split(command).nth(1).unwrap().split("```").next().unwrap();
+    assert_eq!(quoted.lines().collect::<Vec<_>>(), follower::compared("tour/04-two-groups", 1).unwrap());
+}
+
 /// Asks for what no UAV can fly.
 struct Wild;
 

@@ -58,20 +58,13 @@ pub(crate) struct News<'a> {
 /// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Scratch {
-    /// What was measured of each known target, by place.
-    measured: Vec<Measured>,
+    /// The sum of what was measured of each known target, by place.
+    measured: Vec<Option<Contribution>>,
     /// What was measured of targets without a live track: label, position of the UAV, measurement; by label, then UAV.
     trackless: Vec<(TargetLabel, Position, RangeBearing)>,
     /// Who was in each group before that was settled.
     before: Roster,
     settling: Room,
-}
-
-/// The sum of what the UAVs measured of a target, and how many did.
-#[derive(Debug, Clone, Copy, Default)]
-struct Measured {
-    contribution: Contribution,
-    uavs: u32,
 }
 
 impl Picture {
@@ -161,7 +154,7 @@ impl Picture {
     fn measure(&self, inbox: &Inbox, sensor: &SensorParams, scratch: &mut Scratch) {
         let Scratch { measured, trackless, .. } = scratch;
         measured.clear();
-        measured.resize(self.known().len(), Measured::default());
+        measured.resize(self.known().len(), None);
         trackless.clear();
         // By fours, which the processor works on side by side (SIMD).
         const NONE: RangeBearing = RangeBearing { range_m: 0.0, bearing: Angle::ZERO };
@@ -175,8 +168,7 @@ impl Picture {
             }
             let contributions = Contribution::of_measurements(sensor, four.map(|(_, measurement)| measurement));
             for ((place, _), contribution) in four[..n].iter().zip(contributions) {
-                measured[*place].contribution += contribution;
-                measured[*place].uavs += 1;
+                *measured[*place].get_or_insert_default() += contribution;
             }
         };
         for report in inbox.reports() {
@@ -239,8 +231,7 @@ impl Picture {
                         (&cued, Duration::ZERO)
                     }
                 };
-                let measured = (measured.uavs > 0).then_some(&measured.contribution);
-                track.update(before, measured, dt, should_be_seen, &params.track);
+                track.update(before, measured.as_ref(), dt, should_be_seen, &params.track);
             }
             let kind = match (status, track.status) {
                 (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,

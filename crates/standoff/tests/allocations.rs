@@ -36,7 +36,10 @@ fn a_warm_instant_allocates_nothing() {
             }
         });
         let allocations = (of_agent.count_total, of_fleet.count_total);
-        assert!(if tick < 20 { tick > 0 || allocations.0 > 0 } else { allocations == (0, 0) }, "{tick}: {allocations:?}");
+        assert!(
+            if tick < 20 { tick > 0 || allocations.0 > 0 } else { allocations == (0, 0) },
+            "{tick}: {allocations:?}"
+        );
         team.decide(now, &scans, &inbox);
     }
 }
