@@ -123,7 +123,7 @@ impl Agent {
     }
 
     /// Takes a message in. It counts if it is of the observed instant, and is refused and counted if not; order and
-    /// repetition do not matter. The own report is known already.
+    /// repetition do not matter. The own report is known already, and of an instant that is over nothing is heard.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
         let is_own = matches!(message, Message::Report(report) if report.uav == self.id);
         if !is_own {

@@ -99,6 +99,15 @@ fn what_is_heard_of_an_old_observation_changes_nothing() {
     team.tick(1);
     let before = format!("{:?}", team.agents[0].picture());
     inbox.iter().for_each(|message| team.agents[0].hear(&old, message));
+    let late = Cue {
+        label: TargetLabel(77),
+        time: now,
+        position: Position::ORIGIN,
+        velocity: Velocity::ZERO,
+        position_sd_m: 20.0,
+        velocity_sd_m_s: 2.0,
+    };
+    team.agents[0].hear(&old, &Message::Cue(late));
     team.agents[0].decide(&old);
     assert_eq!(format!("{:?}", team.agents[0].picture()), before);
 }

@@ -124,7 +124,7 @@ fn the_documents_name_only_what_exists() {
 fn what_does_not_exist_is_told() {
     let known = Known::new();
     for name in
-        ["Agent", "Agent::step", "heading::steer", "scenario/file.rs", "crates/standoff", "libm", "agent.picture()"]
+        ["Agent", "Agent::decide", "heading::steer", "scenario/file.rs", "crates/standoff", "libm", "agent.picture()"]
     {
         assert!(known.has(name), "{name}");
     }
