@@ -132,7 +132,8 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
         let is_typed_as_table = value_at(&as_typed, &key).is_some_and(toml::Value::is_table);
         let is_drawn = is_typed_as_table && matches!(number, Some(Number::Constant(_)));
         let value = number.and_then(|number| toml::Value::try_from(number).ok());
-        let message = format!("{}: {what}", with_value(&key, value.as_ref()));
+        let value = value.as_ref().or_else(|| value_at(&as_typed, &key));
+        let message = format!("{}: {what}", with_value(&key, value));
         let help = is_drawn.then(|| format!("this is what was drawn for seed {seed}: narrow the distribution"));
         let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);
         // Where the text cannot be read, that is the mistake.
