@@ -9,7 +9,6 @@ mod feed;
 mod fuzz;
 mod guard;
 mod reply;
-mod stall;
 
 use std::io;
 use std::net::SocketAddr;

@@ -17,10 +17,10 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
 use tokio::time::{sleep, timeout};
+use tokio_io_timeout::TimeoutStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response;
 
 use super::reply::{self, Reply};
-use super::stall::StallGuard;
 use super::{Limits, Site, feed, guard};
 
 /// Nobody closes these semaphores.
@@ -110,7 +110,10 @@ pub(super) async fn converse<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>
     house: Arc<House>,
     place: OwnedSemaphorePermit,
 ) {
-    let stream = TokioIo::new(StallGuard::new(stream, house.limits.stall_time));
+    // A write that has waited for the reader for as long fails.
+    let mut stream = Box::pin(TimeoutStream::new(stream));
+    stream.as_mut().set_write_timeout_pinned(Some(house.limits.stall_time));
+    let stream = TokioIo::new(stream);
     let mut stopped = house.stopped.clone();
     let place = Arc::new(place);
     let mut protocol = http1::Builder::new();
