@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use hyper::body::Incoming;
+use hyper::body::{Bytes, Incoming};
 use hyper::header;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -201,5 +201,5 @@ fn open(request: Request<Incoming>, path: &str, house: &Arc<House>, place: Arc<O
             feed::tell(TokioIo::new(stream), texts, &house.limits, house.stopped.clone()).await;
         }
     });
-    reply.map(|()| reply::Content::default())
+    reply.map(|()| reply::Content::Left(Bytes::new().into()))
 }

@@ -1,11 +1,11 @@
 //! What an answer says.
 
 use std::io::{self, Cursor, Read};
-use std::pin::Pin;
-use std::task::{Context, Poll};
 
 use flate2::bufread::MultiGzDecoder;
-use hyper::body::{Body, Bytes, Frame, SizeHint};
+use futures_util::stream::{Iter, iter};
+use http_body_util::{Either, Full, StreamBody};
+use hyper::body::{Bytes, Frame};
 use hyper::header::{self, HeaderName, HeaderValue};
 use hyper::{HeaderMap, Response, StatusCode};
 
@@ -30,56 +30,37 @@ const PIECE_BYTES: usize = 64 * 1024;
 /// An answer as it goes out.
 pub(super) type Reply = Response<Content>;
 
-/// The body of an answer.
-pub(super) enum Content {
-    /// What is left of bytes that go out as they are.
-    Plain(Bytes),
-    /// Gzip that is inflated as the reader takes it.
-    Inflated(Box<MultiGzDecoder<Cursor<Bytes>>>),
-}
+/// The body of an answer: bytes as they are, or gzip that is inflated as the reader takes it.
+pub(super) type Content = Either<Full<Bytes>, StreamBody<Iter<Inflated>>>;
 
-impl Default for Content {
-    fn default() -> Self {
-        Self::Plain(Bytes::new())
-    }
-}
+/// The content of a gzip, piece by piece.
+pub(super) struct Inflated(Box<MultiGzDecoder<Cursor<Bytes>>>);
 
-impl Body for Content {
-    type Data = Bytes;
-    type Error = io::Error;
+impl Iterator for Inflated {
+    type Item = io::Result<Frame<Bytes>>;
 
-    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<io::Result<Frame<Bytes>>>> {
-        let piece = match &mut *self {
-            Self::Plain(bytes) => Ok(std::mem::take(bytes)),
-            Self::Inflated(gzip) => {
-                let mut piece = vec![0; PIECE_BYTES];
-                gzip.read(&mut piece).map(|length| {
-                    piece.truncate(length);
-                    piece.into()
-                })
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut piece = vec![0; PIECE_BYTES];
+        match self.0.read(&mut piece) {
+            Ok(0) => None,
+            Ok(length) => {
+                piece.truncate(length);
+                Some(Ok(Frame::data(piece.into())))
             }
-        };
-        Poll::Ready(match piece {
-            Ok(piece) if piece.is_empty() => None,
-            piece => Some(piece.map(Frame::data)),
-        })
-    }
-
-    fn is_end_stream(&self) -> bool {
-        matches!(self, Self::Plain(bytes) if bytes.is_empty())
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        match self {
-            Self::Plain(bytes) => SizeHint::with_exact(bytes.len() as u64),
-            Self::Inflated(_) => SizeHint::default(),
+            Err(reason) => Some(Err(reason)),
         }
     }
 }
 
 /// An answer of the site, to one who takes gzip or not.
 pub(super) fn content(answer: Answer, takes_gzip: bool) -> Reply {
-    let mut reply = Response::new(Content::default());
+    let body = if answer.gzip && !takes_gzip {
+        let inflated = Inflated(Box::new(MultiGzDecoder::new(Cursor::new(answer.body))));
+        Either::Right(StreamBody::new(iter(inflated)))
+    } else {
+        Either::Left(answer.body.into())
+    };
+    let mut reply = Response::new(body);
     let headers = reply.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(answer.kind));
     let keep = if answer.immutable { "private, max-age=31536000, immutable" } else { "no-store" };
@@ -90,11 +71,6 @@ pub(super) fn content(answer: Answer, takes_gzip: bool) -> Reply {
     if answer.gzip && takes_gzip {
         headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
     }
-    *reply.body_mut() = if answer.gzip && !takes_gzip {
-        Content::Inflated(Box::new(MultiGzDecoder::new(Cursor::new(answer.body))))
-    } else {
-        Content::Plain(answer.body)
-    };
     reply
 }
 
