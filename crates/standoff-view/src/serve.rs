@@ -8,86 +8,24 @@ mod feed;
 #[cfg(test)]
 mod fuzz;
 mod guard;
+mod limits;
 mod reply;
+mod site;
 
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread;
-use std::time::Duration;
 
 pub use feed::Feed;
 pub use hyper::body::Bytes;
+pub use limits::Limits;
+pub use site::{Answer, Site};
 use tokio::net::TcpSocket;
 use tokio::sync::watch;
 
 /// Connections that the system keeps waiting for their turn; further ones it lets try again later.
 const BACKLOG: u32 = 128;
-
-/// What is served. Paths are absolute, percent-decoded and without query, such as `/page.js`; none climbs (`..`).
-pub trait Site: Send + Sync + 'static {
-    /// What lies at a path. It may take seconds and block: it is called on a thread of its own, and a panic in it is an
-    /// answer of status 500.
-    fn get(&self, path: &str) -> Option<Answer>;
-
-    /// The feed at a path. Its newest text goes to every WebSocket that asks for it, at once and whenever it changes.
-    /// Called on the server's own thread: it has to be quick.
-    fn feed(&self, _path: &str) -> Option<Feed> {
-        None
-    }
-}
-
-/// What lies at a path.
-#[derive(Debug, Clone)]
-pub struct Answer {
-    /// The content type, such as `text/html; charset=utf-8`.
-    pub kind: &'static str,
-    /// The bytes, shared by all who are being sent them.
-    pub body: Bytes,
-    /// Whether `body` is the gzip of the content. Who cannot take gzip gets the content.
-    pub gzip: bool,
-    /// Whether this path will never have another content: a browser then asks once.
-    pub immutable: bool,
-}
-
-/// What the readers may cost.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Limits {
-    /// Connections at one time; further ones wait to be accepted.
-    pub connections: usize,
-    /// WebSockets among them; further ones are answered 503.
-    pub web_sockets: usize,
-    /// Calls of [`Site::get`] at one time; further ones wait.
-    pub calls: usize,
-    /// Largest head of a request, bytes.
-    pub head_bytes: usize,
-    /// How long a connection may take to send the head of its next request.
-    pub head_time: Duration,
-    /// Largest message that a WebSocket may send, bytes. None is read.
-    pub message_bytes: usize,
-    /// How long a reader may take nothing of what it is sent, and a WebSocket leave pings unanswered.
-    pub stall_time: Duration,
-    /// What the system is asked to hold back for a reader, bytes: it bounds how old a text is that a slow one gets.
-    pub send_buffer_bytes: u32,
-    /// How long the end may take: answers under way are finished, WebSockets closed politely.
-    pub farewell_time: Duration,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            connections: 64,
-            web_sockets: 16,
-            calls: 4,
-            head_bytes: 16 * 1024,
-            head_time: Duration::from_secs(10),
-            message_bytes: 1024,
-            stall_time: Duration::from_secs(30),
-            send_buffer_bytes: 128 * 1024,
-            farewell_time: Duration::from_secs(1),
-        }
-    }
-}
 
 /// A site being served, until this is dropped.
 ///

@@ -20,8 +20,10 @@ use tokio::time::{sleep, timeout};
 use tokio_io_timeout::TimeoutStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response;
 
+use super::limits::Limits;
 use super::reply::{self, Reply};
-use super::{Limits, Site, feed, guard};
+use super::site::Site;
+use super::{feed, guard};
 
 /// Nobody closes these semaphores.
 const NEVER_CLOSED: &str = "a semaphore of the server is never closed";

@@ -9,7 +9,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Bytes, Error, Message, Utf8Bytes};
 
-use super::Limits;
+use super::limits::Limits;
 
 /// A text that changes. A WebSocket is told the newest; a slow one misses what was between.
 #[derive(Debug, Clone)]

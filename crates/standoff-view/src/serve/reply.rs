@@ -9,7 +9,7 @@ use hyper::body::{Bytes, Frame};
 use hyper::header::{self, HeaderName, HeaderValue};
 use hyper::{HeaderMap, Response, StatusCode};
 
-use super::Answer;
+use super::site::Answer;
 
 /// What a page may load and do: its own scripts, styles (also those that scripts write), pictures and feeds, and nothing else.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
