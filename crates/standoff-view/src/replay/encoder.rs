@@ -9,6 +9,7 @@ use standoff_sim::score::{Judged, PositionBound, Rules};
 use super::part::{Event, half};
 use super::table::Table;
 use crate::colours::GroupColours;
+use crate::serve::Bytes;
 
 /// Instants after which a part is full.
 const INSTANTS: usize = 256;
@@ -110,9 +111,9 @@ pub struct Encoder {
 #[derive(Debug, Clone)]
 pub struct Part {
     /// UAVs, groups and events.
-    pub overview: Vec<u8>,
+    pub overview: Bytes,
     /// Targets.
-    pub detail: Vec<u8>,
+    pub detail: Bytes,
 }
 
 /// A part in the making.
@@ -121,9 +122,9 @@ struct Draft {
     times_us: Vec<i64>,
     detail_times_us: Vec<i64>,
     events: Vec<Event>,
-    uavs: Table<{ UAV.len() }>,
-    groups: Table<{ GROUP.len() }>,
-    targets: Table<{ TARGET.len() }>,
+    uavs: Table,
+    groups: Table,
+    targets: Table,
 }
 
 impl Encoder {
@@ -166,7 +167,7 @@ impl Encoder {
         draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
         draft.uavs.next_instant();
         for row in &frame.uavs {
-            draft.uavs.put(row.uav, uav(row, &judged));
+            draft.uavs.put(row.uav, &uav(row, &judged));
         }
         let phases = phases(frame, self.rules.separation_rad);
         draft.groups.next_instant();
@@ -175,7 +176,7 @@ impl Encoder {
             let errors = errors(frame, &judged, self.bound.as_ref(), row.group);
             let phase = phases.get(&row.group).copied();
             let colour = self.colours.place(row.group);
-            draft.groups.put(row.group, group(row, phase, errors, judged.scan_sd_m(row.group), colour));
+            draft.groups.put(row.group, &group(row, phase, errors, judged.scan_sd_m(row.group), colour));
         }
         // Every part begins with one, so that nothing is shown before its time.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
@@ -208,9 +209,9 @@ impl Draft {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
             events: Vec::new(),
-            uavs: Table::new("uavs", UAV),
-            groups: Table::new("groups", GROUP),
-            targets: Table::new("targets", TARGET),
+            uavs: Table::new("uavs", &UAV),
+            groups: Table::new("groups", &GROUP),
+            targets: Table::new("targets", &TARGET),
         }
     }
 
@@ -238,7 +239,7 @@ impl Draft {
         let ids = frame.truth.iter().map(|row| row.target).chain(frame.tracks.iter().map(|row| row.target));
         for id in ids {
             let seen = detections.get(&id).copied().unwrap_or(0);
-            self.targets.put(id, target(truth(id), track(id), judged.in_view(id), seen));
+            self.targets.put(id, &target(truth(id), track(id), judged.in_view(id), seen));
         }
     }
 }

@@ -23,24 +23,12 @@ pub struct Replay {
 struct Held {
     head: Bytes,
     /// Parts that will not change any more.
-    sealed: Vec<Halves>,
+    sealed: Vec<Part>,
     /// The part after them as it is so far, and of how many instants it is.
-    open: Option<(Halves, usize)>,
+    open: Option<(Part, usize)>,
     done: bool,
     /// Tells this replay from any other that a page has seen.
     run: u64,
-}
-
-#[derive(Debug, Clone)]
-struct Halves {
-    overview: Bytes,
-    detail: Bytes,
-}
-
-impl From<Part> for Halves {
-    fn from(part: Part) -> Self {
-        Self { overview: part.overview.into(), detail: part.detail.into() }
-    }
 }
 
 impl Replay {
@@ -56,7 +44,7 @@ impl Replay {
     /// Adds a part that is full.
     pub fn add(&self, part: Part) {
         let mut held = self.held();
-        held.sealed.push(part.into());
+        held.sealed.push(part);
         held.open = None;
         self.feed.say(held.state());
     }
@@ -64,7 +52,7 @@ impl Replay {
     /// Shows the part that is being filled, of so many instants, as it is so far.
     pub fn show(&self, part: Part, instants: usize) {
         let mut held = self.held();
-        held.open = Some((part.into(), instants));
+        held.open = Some((part, instants));
         self.feed.say(held.state());
     }
 
@@ -99,11 +87,11 @@ impl Replay {
         let (half, number) = path.split_once('/')?;
         let number: usize = number.parse().ok()?;
         let sealed = held.sealed.get(number);
-        let open = held.open.as_ref().filter(|_| number == held.sealed.len()).map(|(halves, _)| halves);
-        let halves = sealed.or(open)?;
+        let open = held.open.as_ref().filter(|_| number == held.sealed.len()).map(|(part, _)| part);
+        let part = sealed.or(open)?;
         let body = match half {
-            "overview" => &halves.overview,
-            "detail" => &halves.detail,
+            "overview" => &part.overview,
+            "detail" => &part.detail,
             _ => return None,
         };
         // Another run may be served at the same address later: nothing is kept by browsers.

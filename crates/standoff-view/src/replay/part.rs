@@ -7,7 +7,8 @@ use flate2::write::GzEncoder;
 use serde::Serialize;
 use standoff_sim::record::EventRow;
 
-use super::table::{Directory, Written};
+use super::table::{Directory, Table};
+use crate::serve::Bytes;
 
 /// An event, as the page lists it.
 #[derive(Debug, Serialize)]
@@ -36,13 +37,13 @@ struct Contents<'a> {
 }
 
 /// Gzip of it all.
-pub(super) fn half(times_us: &[i64], events: &[Event], tables: &[&dyn Written]) -> Vec<u8> {
+pub(super) fn half(times_us: &[i64], events: &[Event], tables: &[&Table]) -> Bytes {
     let contents = Contents { times_us, events, tables: tables.iter().map(|table| table.directory()).collect() };
     let directory = serde_json::to_vec(&contents).unwrap_or_default();
     let mut bytes = (directory.len() as u32).to_le_bytes().to_vec();
     bytes.extend(directory);
     tables.iter().for_each(|table| table.write(&mut bytes));
-    gzip(&bytes)
+    gzip(&bytes).into()
 }
 
 /// Gzip of bytes; nothing in it tells when or where it was made.

@@ -4,19 +4,14 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// Any table, whatever its columns.
-pub(super) trait Written {
-    fn directory(&self) -> Directory;
-    fn write(&self, bytes: &mut Vec<u8>);
-}
-
-/// What objects had at the instants of a part: a row of `N` single-precision numbers each, NaN for what there was not.
+/// What objects had at the instants of a part: a row of single-precision numbers each, NaN for what there was not.
 #[derive(Debug)]
-pub(super) struct Table<const N: usize> {
+pub(super) struct Table {
     name: &'static str,
-    columns: [&'static str; N],
+    columns: &'static [&'static str],
     instants: usize,
-    objects: BTreeMap<u32, Vec<[f32; N]>>,
+    /// Row after row.
+    objects: BTreeMap<u32, Vec<f32>>,
 }
 
 /// How the page finds its way in a table's bytes.
@@ -27,8 +22,8 @@ pub(super) struct Directory {
     ids: Vec<u32>,
 }
 
-impl<const N: usize> Table<N> {
-    pub(super) fn new(name: &'static str, columns: [&'static str; N]) -> Self {
+impl Table {
+    pub(super) fn new(name: &'static str, columns: &'static [&'static str]) -> Self {
         Self { name, columns, instants: 0, objects: BTreeMap::new() }
     }
 
@@ -38,11 +33,11 @@ impl<const N: usize> Table<N> {
     }
 
     /// What an object has at this instant; the first that is said counts.
-    pub(super) fn put(&mut self, id: u32, row: [Option<f64>; N]) {
-        let rows = self.objects.entry(id).or_default();
-        if rows.len() < self.instants {
-            rows.resize(self.instants - 1, [f32::NAN; N]);
-            rows.push(row.map(single));
+    pub(super) fn put(&mut self, id: u32, row: &[Option<f64>]) {
+        let (rows, before) = (self.objects.entry(id).or_default(), (self.instants - 1) * self.columns.len());
+        if rows.len() <= before {
+            rows.resize(before, f32::NAN);
+            rows.extend(row.iter().copied().map(single));
         }
     }
 
@@ -55,20 +50,18 @@ impl<const N: usize> Table<N> {
     pub(super) fn rows_with(&self, new: usize) -> usize {
         (self.objects.len() + new) * (self.instants + 1)
     }
-}
 
-impl<const N: usize> Written for Table<N> {
-    fn directory(&self) -> Directory {
+    pub(super) fn directory(&self) -> Directory {
         Directory { name: self.name, columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
     }
 
     /// Column by column, object by object, instant by instant: the difference of each number's bits from those of the
     /// instant before. Of a column all least significant bytes come first, then the next, ...: what changes little is
     /// mostly zeros then.
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let missing = [f32::NAN; N];
-        for column in 0..N {
-            let of = |rows: &'_ Vec<[f32; N]>, instant: usize| rows.get(instant).unwrap_or(&missing)[column].to_bits();
+    pub(super) fn write(&self, bytes: &mut Vec<u8>) {
+        let width = self.columns.len();
+        for column in 0..width {
+            let of = |rows: &[f32], instant: usize| rows.get(instant * width + column).unwrap_or(&f32::NAN).to_bits();
             for place in 0..4 {
                 for rows in self.objects.values() {
                     let mut before = 0;
@@ -94,7 +87,7 @@ mod tests {
     use super::*;
 
     /// Reads a table back as the page does.
-    fn read<const N: usize>(table: &Table<N>) -> BTreeMap<u32, Vec<[f32; N]>> {
+    fn read<const N: usize>(table: &Table) -> BTreeMap<u32, Vec<[f32; N]>> {
         let mut bytes = Vec::new();
         table.write(&mut bytes);
         let (ids, instants) = (table.directory().ids, table.instants);
@@ -118,15 +111,15 @@ mod tests {
 
     #[test]
     fn a_table_reads_back_and_what_is_missing_is_nan() {
-        let mut table = Table::new("t", ["a", "b"]);
+        let mut table = Table::new("t", &["a", "b"]);
         table.next_instant();
-        table.put(7, [Some(1.5), None]);
-        table.put(7, [Some(99.0), None]);
+        table.put(7, &[Some(1.5), None]);
+        table.put(7, &[Some(99.0), None]);
         table.next_instant();
-        table.put(3, [Some(-2.0), Some(1e300)]);
+        table.put(3, &[Some(-2.0), Some(1e300)]);
         table.next_instant();
-        table.put(7, [Some(-0.25), Some(f64::NAN)]);
-        let objects = read(&table);
+        table.put(7, &[Some(-0.25), Some(f64::NAN)]);
+        let objects = read::<2>(&table);
         let text = |id: u32| format!("{:?}", objects[&id]);
         assert_eq!(text(3), "[[NaN, NaN], [-2.0, NaN], [NaN, NaN]]");
         assert_eq!(text(7), "[[1.5, NaN], [NaN, NaN], [-0.25, NaN]]");
