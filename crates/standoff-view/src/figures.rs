@@ -8,12 +8,7 @@ mod curve;
 mod figure;
 mod gather;
 mod ink;
-mod line_of_sight;
-mod margin;
-mod phase;
-mod separation;
-mod speed_and_turn_rate;
-mod standoff_distance;
+mod over_time;
 pub mod study;
 mod symbol;
 #[cfg(test)]
@@ -30,12 +25,12 @@ type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 /// Every figure that there is, in the order in which they are returned.
 const PAGES: [(&str, Draw); 7] = [
     ("trajectories", trajectories::draw),
-    ("standoff_distance", standoff_distance::draw),
-    ("phase", phase::draw),
-    ("separation", separation::draw),
-    ("margin", margin::draw),
-    ("line_of_sight", line_of_sight::draw),
-    ("speed_and_turn_rate", speed_and_turn_rate::draw),
+    ("standoff_distance", over_time::standoff_distance),
+    ("phase", over_time::phase),
+    ("separation", over_time::separation),
+    ("margin", over_time::margin),
+    ("line_of_sight", over_time::line_of_sight),
+    ("speed_and_turn_rate", over_time::speed_and_turn_rate),
 ];
 
 /// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase`, `separation`, `margin`,

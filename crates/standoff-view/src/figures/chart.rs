@@ -243,11 +243,6 @@ impl Panel {
     }
 }
 
-/// As [`stacked`], without a note.
-pub(super) fn over_time(run: &Run, heading: &str, title: &str, panels: Vec<Panel>) -> Drawn<Option<String>> {
-    stacked(run, heading, title, "", panels)
-}
-
 /// A page of panels over time, one for each group that has something to show, and another.
 pub(super) fn per_group(
     run: &Run,
