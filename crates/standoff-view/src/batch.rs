@@ -25,19 +25,10 @@ const VALUES: u64 = 200_000;
 #[derive(Debug, Clone, Serialize)]
 pub struct Batch {
     format: u32,
-    metrics: Vec<MetricOfAll>,
+    metrics: Vec<Metric>,
     variants: Vec<Variant>,
     /// Each further batch with the first, where they have seeds and metrics in common.
     comparisons: Vec<Option<Comparison>>,
-}
-
-/// A metric that any batch has.
-#[derive(Debug, Clone, Serialize)]
-struct MetricOfAll {
-    #[serde(flatten)]
-    metric: Metric,
-    /// Of all batches, on the same classes; of none if there is nothing to count.
-    histogram: Option<Histogram>,
 }
 
 impl Batch {
@@ -74,7 +65,7 @@ impl Batch {
                 variant.take(name, &column, values <= most);
                 columns.push(column);
             }
-            metrics.push(MetricOfAll { metric: Metric::of(name), histogram: Histogram::of(&columns) });
+            metrics.push(Metric::of(name, Histogram::of(&columns)));
         }
         let comparisons = results.iter().skip(1).map(|other| match compare_results(results[0].dir(), other.dir()) {
             Ok(comparison) => Ok(Some(comparison)),

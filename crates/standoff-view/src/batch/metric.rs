@@ -3,10 +3,12 @@
 use serde::Serialize;
 use standoff_sim::score::{About, BadEnd, Metrics};
 
-/// A metric, as the page names it.
+use super::histogram::Histogram;
+
+/// A metric that any batch has, as the page names it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Metric {
-    pub(super) name: String,
+    name: String,
     /// In words; empty if it is not known.
     what: &'static str,
     /// The unit in which it is shown.
@@ -17,18 +19,17 @@ pub(super) struct Metric {
     bad: Option<BadEnd>,
     /// Its mean is that of sums over all runs, not that of the runs' values.
     pooled: bool,
+    /// Of all batches, on the same classes; of none if there is nothing to count.
+    histogram: Option<Histogram>,
 }
 
 impl Metric {
-    pub(super) fn of(name: &str) -> Self {
+    pub(super) fn of(name: &str, histogram: Option<Histogram>) -> Self {
         let ((unit, factor), about) = (About::unit(name), About::of(name));
         let (what, bad) = about.map_or(("", None), |about| (about.words, about.bad));
-        Self { name: name.to_owned(), what, unit, factor, bad, pooled: is_pooled(name) }
+        let pooled = Metrics::POOLED.iter().any(|(pooled, ..)| *pooled == name);
+        Self { name: name.to_owned(), what, unit, factor, bad, pooled, histogram }
     }
-}
-
-fn is_pooled(name: &str) -> bool {
-    Metrics::POOLED.iter().any(|(pooled, ..)| *pooled == name)
 }
 
 #[cfg(test)]
@@ -37,7 +38,7 @@ mod tests {
 
     #[test]
     fn the_unit_is_the_one_in_the_name() {
-        let unit = |name| (Metric::of(name).unit, Metric::of(name).factor);
+        let unit = |name| (Metric::of(name, None).unit, Metric::of(name, None).factor);
         assert_eq!(unit("velocity_error_m_s"), ("m/s", 1.0));
         assert_eq!(unit("out_of_view_longest_s"), ("s", 1.0));
         assert_eq!(unit("standoff_error_m_settled"), ("m", 1.0));
