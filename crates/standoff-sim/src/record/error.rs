@@ -200,13 +200,11 @@ impl RecordError {
     }
 
     pub(crate) fn write(path: &Path, reason: io::Error) -> Self {
-        let path = path.to_owned();
-        Self::Write { path, reason }
+        Self::Write { path: path.to_owned(), reason }
     }
 
     pub(crate) fn read(path: &Path, reason: io::Error) -> Self {
-        let path = path.to_owned();
-        Self::Read { path, reason }
+        Self::Read { path: path.to_owned(), reason }
     }
 
     pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {

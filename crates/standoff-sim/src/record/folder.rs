@@ -52,8 +52,7 @@ pub fn in_the_way(dir: &Path) -> RecordError {
             }
         }
     };
-    let dir = dir.to_owned();
-    RecordError::Occupied { dir, what }
+    RecordError::Occupied { dir: dir.to_owned(), what }
 }
 
 /// What is said of something in the way that is no folder.
@@ -73,15 +72,30 @@ const OLDER: &str = ".standoff-older";
 /// Longest name of a record's folder, bytes: with the longest that is added to it, as long as file systems allow.
 const MAX_NAME: usize = 255 - OLDER.len();
 
-/// The folder in which a record grows.
-pub(super) struct Growing {
+/// The folder of a record that grows, removed when dropped unless there is something to keep in it.
+pub(super) struct Partial {
     pub(super) path: PathBuf,
-    /// The parents that had to be made, innermost first.
-    pub(super) made: Vec<PathBuf>,
-    /// Where an unfinished run now lies that was there before.
-    pub(super) set_aside: Option<PathBuf>,
-    /// Held until the folder has a manifest with a lock on it: without one, it looks as if an ended run had left it.
-    pub(super) turn: Turn,
+    /// The parents that had to be made for it, innermost first.
+    made: Vec<PathBuf>,
+    /// Held until it has a manifest with a lock on it: without one, it looks as if an ended run had left it.
+    pub(super) turn: Option<Turn>,
+    pub(super) keep: bool,
+}
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        if self.keep {
+            return;
+        }
+        let turn = self.turn.take().map_or_else(|| Turn::beside(&self.path), Ok);
+        if turn.is_ok() {
+            // Nobody is left to tell, and the next run tries again.
+            let _ = remove_ours(&self.path);
+            for parent in &self.made {
+                let _ = fs::remove_dir(parent);
+            }
+        }
+    }
 }
 
 /// What lets one run at a time, of all that lie beside one another, look at what is there and move it. It ends with the
@@ -105,8 +119,7 @@ impl Turn {
                 Ok(()) => return Ok(Self { _parent: Some(parent) }),
                 Err(TryLockError::Error(_)) => return Ok(Self { _parent: None }),
                 Err(TryLockError::WouldBlock) if Instant::now() > until => {
-                    let dir = dir.to_owned();
-                    return Err(RecordError::InUse { dir });
+                    return Err(RecordError::InUse { dir: dir.to_owned() });
                 }
                 Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(5)),
             }
@@ -117,20 +130,17 @@ impl Turn {
 /// Makes the folder in which the record of `dir` grows, with the parents it needs.
 ///
 /// What an ended run has left there is not lost: a complete record is moved to its place, an unfinished one is set aside
-/// until the new one is whole; of two unfinished ones that which tells further.
-pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
+/// until the new one is whole; of two unfinished ones that which tells further. Gives, too, where an unfinished run now lies.
+pub(super) fn make_partial(dir: &Path) -> Result<(Partial, Option<PathBuf>), RecordError> {
     let Some(name) = dir.file_name().map(|name| name.to_string_lossy()) else {
-        let dir = dir.to_owned();
-        return Err(RecordError::NoName { dir });
+        return Err(RecordError::NoName { dir: dir.to_owned() });
     };
     if [PARTIAL, OLDER].iter().any(|ending| name.ends_with(ending)) {
-        let dir = dir.to_owned();
-        return Err(RecordError::Reserved { dir });
+        return Err(RecordError::Reserved { dir: dir.to_owned() });
     }
     let bytes = dir.file_name().map_or(0, OsStr::len);
     if bytes > MAX_NAME {
-        let dir = dir.to_owned();
-        return Err(RecordError::LongName { dir, bytes, most: MAX_NAME });
+        return Err(RecordError::LongName { dir: dir.to_owned(), bytes, most: MAX_NAME });
     }
     let (partial, older) = (beside(dir, PARTIAL), beside(dir, OLDER));
     let parents = partial.ancestors().skip(1).filter(|parent| !parent.as_os_str().is_empty());
@@ -142,7 +152,7 @@ pub(super) fn make_partial(dir: &Path) -> Result<Growing, RecordError> {
     check_place(dir, &older)?;
     let set_aside = settle(dir, &partial, &older)?;
     match fs::create_dir(&partial) {
-        Ok(()) => Ok(Growing { path: partial, made, set_aside, turn }),
+        Ok(()) => Ok((Partial { path: partial, made, turn: Some(turn), keep: false }, set_aside)),
         Err(reason) if reason.kind() == io::ErrorKind::AlreadyExists => Err(RecordError::InUse { dir: partial }),
         Err(reason) => Err(RecordError::write(&partial, reason)),
     }
@@ -229,7 +239,7 @@ fn rename(from: &Path, to: &Path) -> Result<(), RecordError> {
 }
 
 /// Removes a folder, if it is there, and the files in it that are ours; fails, and keeps the folder, if others remain.
-pub(super) fn remove_ours(dir: &Path) -> Result<(), RecordError> {
+fn remove_ours(dir: &Path) -> Result<(), RecordError> {
     if !dir.exists() {
         return Ok(());
     }
@@ -257,8 +267,7 @@ fn check_removable(dir: &Path) -> Result<(), RecordError> {
     use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
     match fs::remove_dir(dir.join(MANIFEST)) {
         Err(reason) if [PermissionDenied, ReadOnlyFilesystem].contains(&reason.kind()) => {
-            let dir = dir.to_owned();
-            Err(RecordError::NotRemovable { dir, reason })
+            Err(RecordError::NotRemovable { dir: dir.to_owned(), reason })
         }
         _ => Ok(()),
     }
@@ -270,10 +279,7 @@ fn check_removable(dir: &Path) -> Result<(), RecordError> {
 /// folders of their own.
 pub(super) fn lock(manifest: &File, partial: &Path) -> Result<(), RecordError> {
     match manifest.try_lock() {
-        Err(TryLockError::WouldBlock) => {
-            let dir = partial.to_owned();
-            Err(RecordError::InUse { dir })
-        }
+        Err(TryLockError::WouldBlock) => Err(RecordError::InUse { dir: partial.to_owned() }),
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }

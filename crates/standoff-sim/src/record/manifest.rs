@@ -129,8 +129,7 @@ impl Manifest {
         let text = match input::text(&path, MAX_MANIFEST) {
             Ok(text) => text,
             Err(reason) if reason.kind() == io::ErrorKind::NotFound && dir.is_dir() => {
-                let dir = dir.to_owned();
-                return Err(RecordError::NotARecord { dir });
+                return Err(RecordError::NotARecord { dir: dir.to_owned() });
             }
             Err(reason) => return Err(RecordError::read(&path, reason)),
         };

@@ -32,8 +32,7 @@ impl Record {
     pub fn open(dir: &Path) -> Result<Self, RecordError> {
         let manifest = Manifest::read(dir)?;
         if manifest.unfinished && !checkpoint::is_in(dir) {
-            let dir = dir.to_owned();
-            return Err(RecordError::NothingKept { dir });
+            return Err(RecordError::NothingKept { dir: dir.to_owned() });
         }
         let checkpoint = manifest.unfinished.then(|| Checkpoint::read(dir).map(Arc::new)).transpose()?;
         let path = dir.join(SCENARIO);
@@ -171,21 +170,16 @@ impl Frames {
             RecordError::damaged(&path, what)
         };
         self.bounds.begin(time_us).map_err(beyond)?;
-        let truth = self.truth.as_mut().map(|truth| truth.rows_at(time_us));
+        let truth = self.truth.as_mut().map(|truth| truth.in_order_at(time_us, |row| row.target));
         let frame = Frame {
             time_us,
-            uavs: self.uavs.rows_at(time_us)?,
+            uavs: self.uavs.in_order_at(time_us, |row| row.uav)?,
             truth: truth.transpose()?.unwrap_or_default(),
-            tracks: self.tracks.rows_at(time_us)?,
-            groups: self.groups.rows_at(time_us)?,
+            tracks: self.tracks.in_order_at(time_us, |row| row.target)?,
+            groups: self.groups.in_order_at(time_us, |row| row.group)?,
             detections: self.detections.rows_at(time_us)?,
             events: self.events.rows_at(time_us)?,
         };
-        let Frame { uavs, truth, tracks, groups, .. } = &frame;
-        self.uavs.check_order(time_us, uavs, |row| row.uav)?;
-        self.truth.iter().try_for_each(|table| table.check_order(time_us, truth, |row| row.target))?;
-        self.tracks.check_order(time_us, tracks, |row| row.target)?;
-        self.groups.check_order(time_us, groups, |row| row.group)?;
         self.bounds.check(&frame).map_err(beyond)?;
         self.last_us = Some(time_us);
         Ok(Some(frame))
@@ -253,10 +247,11 @@ impl<R: Row> Merged<R> {
         Ok(rows)
     }
 
-    /// Refuses rows of an instant that are not by ascending id, each once.
-    fn check_order(&self, time_us: i64, rows: &[R], id: impl Fn(&R) -> u32) -> Result<(), RecordError> {
+    /// The rows of an instant, which are by ascending id, each once.
+    fn in_order_at(&mut self, time_us: i64, id: impl Fn(&R) -> u32) -> Result<Vec<R>, RecordError> {
+        let rows = self.rows_at(time_us)?;
         if rows.is_sorted_by(|row, next| id(row) < id(next)) {
-            return Ok(());
+            return Ok(rows);
         }
         let what = format!("its rows at {} s are not by ascending id, each once", seconds(time_us));
         Err(RecordError::damaged(self.table.path(), what))

@@ -379,7 +379,7 @@ mod tests {
 
     fn reread<R: Row, S: Row>(row: &R) -> Result<S, String> {
         let home = tempfile::tempdir().unwrap();
-        let mut table = TableWriter::create(file_of::<R>(home.path())).unwrap();
+        let mut table = TableWriter::create::<R>(home.path()).unwrap();
         table.push(row).unwrap();
         table.finish().unwrap();
         let row = TableReader::open(file_of::<S>(home.path())).and_then(|mut table| table.next_row());

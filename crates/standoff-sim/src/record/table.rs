@@ -43,44 +43,39 @@ pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
     dir.join(format!("{}.parquet", R::TABLE))
 }
 
-/// Writes a table row by row.
-pub(crate) struct TableWriter<R> {
+/// Writes a table row by row; all of its rows are of one type.
+pub(crate) struct TableWriter {
     path: PathBuf,
     file: SerializedFileWriter<File>,
     columns: Vec<Column>,
     rows: usize,
     /// Rows that went in, those in hand included.
-    pushed: u64,
+    pub(super) pushed: u64,
     /// Row groups that are known to be on the disk.
     synced_groups: usize,
-    kind: PhantomData<R>,
 }
 
-impl<R: Row> TableWriter<R> {
-    pub(crate) fn create(path: PathBuf) -> Result<Self, RecordError> {
-        Self::with_columns(path, R::columns())
+impl TableWriter {
+    /// The table of such rows in a record's folder.
+    pub(crate) fn create<R: Row>(dir: &Path) -> Result<Self, RecordError> {
+        Self::with_columns(file_of::<R>(dir), R::columns())
     }
 
     /// A table whose columns are known only when it is written.
     pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
         let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
-        Ok(Self { path, file, columns, rows: 0, pushed: 0, synced_groups: 0, kind: PhantomData })
+        Ok(Self { path, file, columns, rows: 0, pushed: 0, synced_groups: 0 })
     }
 
     /// Adds a row. After an error the table is not to be used any more.
-    pub(crate) fn push(&mut self, row: &R) -> Result<(), RecordError> {
+    pub(crate) fn push<R: Row>(&mut self, row: &R) -> Result<(), RecordError> {
         row.put(&mut self.columns.iter_mut()).map_err(|fault| refusal(row, fault))?;
         (self.rows, self.pushed) = (self.rows + 1, self.pushed + 1);
         if self.rows == GROUP_ROWS {
             self.flush()?;
         }
         Ok(())
-    }
-
-    /// Its name, and how many rows went in.
-    pub(super) fn count(&self) -> (String, u64) {
-        (R::TABLE.to_owned(), self.pushed)
     }
 
     /// Writes what is left and sees it onto the disk. After that the table is not to be used any more.
@@ -256,7 +251,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         for (rows, groups) in [(0, 0), (1, 1), (GROUP_ROWS, 1), (GROUP_ROWS + 1, 2)] {
             let path = home.path().join("table.parquet");
-            let mut table = TableWriter::create(path.clone()).unwrap();
+            let mut table = TableWriter::with_columns(path.clone(), TargetRow::columns()).unwrap();
             let rows = u32::try_from(rows).unwrap();
             (0..rows).for_each(|target| table.push(&row(target)).unwrap());
             assert!(table.rows < GROUP_ROWS);
@@ -275,7 +270,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
         let columns = || TargetRow::columns().into_iter().chain(TargetRow::columns()).collect();
-        TableWriter::<TargetRow>::with_columns(path.clone(), columns()).unwrap().finish().unwrap();
+        TableWriter::with_columns(path.clone(), columns()).unwrap().finish().unwrap();
         let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
         assert!(error.contains("column target is there twice"), "{error}");
     }
@@ -287,7 +282,7 @@ mod tests {
         let path = home.path().join("table.parquet");
         let mut columns = Vec::new();
         f64::declare("target", &mut columns);
-        TableWriter::<TargetRow>::with_columns(path.clone(), columns).unwrap().finish().unwrap();
+        TableWriter::with_columns(path.clone(), columns).unwrap().finish().unwrap();
         let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
         let expected = "column target has the type DOUBLE, not INT32; save it again with the types that it had";
         assert!(error.contains(expected), "{error}");
@@ -346,7 +341,7 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_full_disk_gives_the_systems_reason() {
-        let mut table = TableWriter::create(PathBuf::from("/dev/full")).unwrap();
+        let mut table = TableWriter::with_columns(PathBuf::from("/dev/full"), TargetRow::columns()).unwrap();
         table.push(&row(0)).unwrap();
         let error = table.finish().unwrap_err();
         let RecordError::Write { path, reason } = error else {

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::error::RecordError;
-use super::folder::{self, Growing, SCENARIO, Turn};
+use super::folder::{self, Partial, SCENARIO, Turn};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::rows::{At, TargetRow, WithError, most_at_once, seconds};
-use super::table::{Missing, Row, TableWriter, file_of};
-use crate::disk::{PARTIAL, beside};
+use super::rows::{At, TIMED, TargetRow, WithError, most_at_once, seconds};
+use super::table::{Missing, Row, TableWriter};
+use crate::disk::{self, beside};
 use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow, ViewRow};
 use crate::score::{Judged, Rules};
 
@@ -53,13 +53,8 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Writer {
-    uavs: TableWriter<At<WithError<UavRow>>>,
-    truth: TableWriter<At<TruthRow>>,
-    tracks: TableWriter<At<WithError<TrackRow>>>,
-    groups: TableWriter<At<GroupRow>>,
-    detections: TableWriter<At<DetectionRow>>,
-    events: TableWriter<At<EventRow>>,
-    views: TableWriter<At<ViewRow>>,
+    /// In the order of `TIMED`, and `views`.
+    tables: [TableWriter; 7],
     rules: Option<Rules>,
     bounds: Bounds,
     last_us: Option<i64>,
@@ -103,26 +98,27 @@ impl Writer {
         let names = check_names(target_names.len(), target_names.iter().map(String::len).sum());
         names.map_err(|what| bad_frame(0, what))?;
         let json = manifest.to_json()?;
-        let (mut partial, set_aside) = Partial::make(dir)?;
+        let (mut partial, set_aside) = folder::make_partial(dir)?;
         let lock = put_manifest(&partial.path, &json, false)?;
         partial.turn = None;
         let path = partial.path.join(SCENARIO);
-        let file = File::create(&path).and_then(|mut file| file.write_all(scenario_toml.as_bytes()).map(|()| file));
-        file.and_then(|file| file.sync_all()).map_err(|reason| RecordError::write(&path, reason))?;
-        let mut targets = table::<TargetRow>(&partial)?;
+        disk::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
+        let mut targets = TableWriter::create::<TargetRow>(&partial.path)?;
         for (target, name) in (0..).zip(target_names) {
             let name = name.clone();
             targets.push(&TargetRow { target, name })?;
         }
         targets.finish()?;
         Ok(Self {
-            uavs: table(&partial)?,
-            truth: table(&partial)?,
-            tracks: table(&partial)?,
-            groups: table(&partial)?,
-            detections: table(&partial)?,
-            events: table(&partial)?,
-            views: table(&partial)?,
+            tables: [
+                TableWriter::create::<At<WithError<UavRow>>>(&partial.path)?,
+                TableWriter::create::<At<TruthRow>>(&partial.path)?,
+                TableWriter::create::<At<WithError<TrackRow>>>(&partial.path)?,
+                TableWriter::create::<At<GroupRow>>(&partial.path)?,
+                TableWriter::create::<At<DetectionRow>>(&partial.path)?,
+                TableWriter::create::<At<EventRow>>(&partial.path)?,
+                TableWriter::create::<At<ViewRow>>(&partial.path)?,
+            ],
             rules: None,
             bounds: Bounds::new(&manifest, target_names.len()),
             last_us: None,
@@ -163,20 +159,21 @@ impl Writer {
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|Beyond { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
         let judged = self.rules.as_ref().map(|rules| Judged::new(rules, frame, true));
-        put(&mut self.uavs, time_us, &frame.uavs, |row| {
+        let [uavs, truth, tracks, groups, detections, events, views] = &mut self.tables;
+        put(uavs, time_us, &frame.uavs, |row| {
             let error_m = judged.as_ref().and_then(|judged| judged.standoff_error_m(row));
             WithError { row: *row, error_m }
         })?;
-        put(&mut self.truth, time_us, &frame.truth, Clone::clone)?;
-        put(&mut self.tracks, time_us, &frame.tracks, |row| {
+        put(truth, time_us, &frame.truth, Clone::clone)?;
+        put(tracks, time_us, &frame.tracks, |row| {
             let error_m = judged.as_ref().and_then(|judged| judged.geometry.position_error_m(row));
             WithError { row: *row, error_m }
         })?;
-        put(&mut self.groups, time_us, &frame.groups, Clone::clone)?;
-        put(&mut self.detections, time_us, &frame.detections, Clone::clone)?;
-        put(&mut self.events, time_us, &frame.events, Clone::clone)?;
-        let views: Vec<ViewRow> = judged.iter().flat_map(Judged::views).collect();
-        put(&mut self.views, time_us, &views, Clone::clone)?;
+        put(groups, time_us, &frame.groups, Clone::clone)?;
+        put(detections, time_us, &frame.detections, Clone::clone)?;
+        put(events, time_us, &frame.events, Clone::clone)?;
+        let seen: Vec<ViewRow> = judged.iter().flat_map(Judged::views).collect();
+        put(views, time_us, &seen, Clone::clone)?;
         self.last_us = Some(time_us);
         self.sound = true;
         let now = Instant::now();
@@ -199,15 +196,8 @@ impl Writer {
         let Some(last_us) = self.last_us else { return Ok(()) };
         self.check_sound(last_us)?;
         self.sound = false;
-        // In the order of their names in `TIMED`.
-        let tables = [
-            self.uavs.missing()?,
-            self.truth.missing()?,
-            self.tracks.missing()?,
-            self.groups.missing()?,
-            self.detections.missing()?,
-            self.events.missing()?,
-        ];
+        let tables = self.tables.iter_mut().take(TIMED.len()).map(TableWriter::missing);
+        let tables = tables.collect::<Result<Vec<_>, _>>()?;
         self.sound = true;
         self.keep(last_us, &tables)
     }
@@ -220,17 +210,10 @@ impl Writer {
     /// Completes the tables. The record can be read where it lies, and added to, before it is published.
     pub fn close(mut self) -> Result<Closed, RecordError> {
         self.finish_tables()?;
-        let rows = [
-            self.uavs.count(),
-            self.truth.count(),
-            self.tracks.count(),
-            self.groups.count(),
-            self.detections.count(),
-            self.events.count(),
-            self.views.count(),
-            (TargetRow::TABLE.to_owned(), self.bounds.targets as u64),
-        ];
-        let counts = Some(Counts { instants: self.bounds.instants, rows: rows.into() });
+        let timed = TIMED.into_iter().chain([ViewRow::TABLE]).zip(self.tables.iter().map(|table| table.pushed));
+        let rows = timed.chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
+        let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
+        let counts = Some(Counts { instants: self.bounds.instants, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
         let lock = put_manifest(&self.partial.path, &json, true)?;
         self.partial.keep = true;
@@ -267,13 +250,7 @@ impl Writer {
     fn finish_tables(&mut self) -> Result<(), RecordError> {
         self.check_sound(self.last_us.unwrap_or_default())?;
         self.sound = false;
-        self.uavs.finish()?;
-        self.truth.finish()?;
-        self.tracks.finish()?;
-        self.groups.finish()?;
-        self.detections.finish()?;
-        self.events.finish()?;
-        self.views.finish()
+        self.tables.iter_mut().try_for_each(TableWriter::finish)
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
@@ -316,7 +293,7 @@ impl Closed {
 /// that it replaces stays locked, too, as long as it is open: at no instant can another run take the folder.
 fn put_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, RecordError> {
     let place = partial.join(MANIFEST);
-    let path = beside(&place, PARTIAL);
+    let path = beside(&place, disk::PARTIAL);
     let refused = |reason| RecordError::write(&path, reason);
     let mut file = File::create(&path).map_err(refused)?;
     folder::lock(&file, partial)?;
@@ -326,16 +303,7 @@ fn put_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, Rec
     Ok(file)
 }
 
-fn table<R: Row>(partial: &Partial) -> Result<TableWriter<R>, RecordError> {
-    TableWriter::create(file_of::<R>(&partial.path))
-}
-
-fn put<R, T: Row>(
-    table: &mut TableWriter<At<T>>,
-    time_us: i64,
-    rows: &[R],
-    row: impl Fn(&R) -> T,
-) -> Result<(), RecordError> {
+fn put<R, T: Row>(table: &mut TableWriter, time_us: i64, rows: &[R], row: impl Fn(&R) -> T) -> Result<(), RecordError> {
     if rows.len() > most_at_once(T::TABLE) {
         return Err(bad_frame(
             time_us,
@@ -350,47 +318,13 @@ fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
     RecordError::BadFrame { time_s, what }
 }
 
-/// The folder of a record that grows, removed when dropped unless there is something to keep in it.
-struct Partial {
-    path: PathBuf,
-    /// Parents made for it, innermost first.
-    made: Vec<PathBuf>,
-    /// Until it has a manifest.
-    turn: Option<Turn>,
-    keep: bool,
-}
-
-impl Partial {
-    /// Gives, too, where an unfinished run was set aside.
-    fn make(dir: &Path) -> Result<(Self, Option<PathBuf>), RecordError> {
-        let Growing { path, made, set_aside, turn } = folder::make_partial(dir)?;
-        Ok((Self { path, made, turn: Some(turn), keep: false }, set_aside))
-    }
-}
-
-impl Drop for Partial {
-    fn drop(&mut self) {
-        if self.keep {
-            return;
-        }
-        let turn = self.turn.take().map_or_else(|| Turn::beside(&self.path), Ok);
-        if turn.is_ok() {
-            // Nobody is left to tell, and the next run tries again.
-            let _ = folder::remove_ours(&self.path);
-            for parent in &self.made {
-                let _ = std::fs::remove_dir(parent);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
 
     use standoff::math::{cos, sin};
 
-    use super::super::table::TableReader;
+    use super::super::table::{TableReader, file_of};
     use super::*;
     use crate::run::Mission;
     use crate::scenario::{Edits, Scenario};
