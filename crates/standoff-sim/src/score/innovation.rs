@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Vector3};
 use standoff::{Angle, Covariance, Duration, Position, RangeBearing, SensorParams, TargetState, Transition, sensor};
 
+use super::mean::Mean;
 use super::rules::Rules;
 use crate::frame::{Frame, TrackRow};
 use crate::geometry::at;
@@ -28,9 +29,8 @@ pub(super) struct Innovations {
     sensor: SensorParams,
     /// The tracks of the frame before.
     before: Vec<TrackRow>,
-    sum: f64,
-    /// How many numbers were measured.
-    numbers: u64,
+    /// Of the numbers measured.
+    squares: Mean,
 }
 
 impl Innovations {
@@ -39,8 +39,7 @@ impl Innovations {
             transition: rules.target.transition(Duration::from_s(rules.period_s)),
             sensor: rules.sensor,
             before: Vec::new(),
-            sum: 0.0,
-            numbers: 0,
+            squares: Mean::default(),
         }
     }
 
@@ -57,15 +56,14 @@ impl Innovations {
                 .compare(&self.sensor, at(uav), &z);
         }
         for target in foretold.values() {
-            self.sum += target.square;
-            self.numbers += target.numbers;
+            self.squares = self.squares.and(target.squares);
         }
         self.before.clone_from(&frame.tracks);
     }
 
     /// The mean per number measured; `None` where nothing was measured, or numbers do not hold the sum.
     pub(super) fn value(&self) -> Option<f64> {
-        (self.numbers > 0 && self.sum.is_finite()).then(|| self.sum / self.numbers as f64)
+        self.squares.value().filter(|nis| nis.is_finite())
     }
 }
 
@@ -76,10 +74,8 @@ struct Foretold {
     root: Matrix2<f64>,
     /// An upper triangle times u, and what it should come to: at first u itself, and zero.
     kept: [Vector3<f64>; 2],
-    /// nu' S^-1 nu.
-    square: f64,
-    /// How many numbers were measured.
-    numbers: u64,
+    /// nu' S^-1 nu, over the numbers measured.
+    squares: Mean,
 }
 
 impl Foretold {
@@ -91,7 +87,7 @@ impl Foretold {
 
     fn at(position: Position, covariance: &Matrix2<f64>) -> Self {
         let kept = [Vector3::x(), Vector3::y()];
-        Self { position, root: lower_root(covariance), kept, square: 0.0, numbers: 0 }
+        Self { position, root: lower_root(covariance), kept, squares: Mean::default() }
     }
 
     /// The filter takes nothing from a measurement where the Jacobian does not exist, so neither does this.
@@ -113,8 +109,7 @@ impl Foretold {
             let (cos, sin) = (kept[column] / length, row[column] / length);
             (*kept, row) = (*kept * cos + row * sin, row * cos - *kept * sin);
         }
-        self.square += row.z * row.z;
-        self.numbers += 1;
+        self.squares.add(row.z * row.z);
     }
 }
 
@@ -153,8 +148,8 @@ mod tests {
         let sd_rad = (44.0 / 160_000.0 + sensor().bearing_sd_rad * sensor().bearing_sd_rad).sqrt();
         let z = RangeBearing { range_m: 420.0, bearing: Angle::from_rad(-sd_rad) };
         target.compare(&sensor(), Position::ORIGIN, &z);
-        assert!((target.square - 2.0).abs() < 1e-12);
-        assert_eq!(target.numbers, 2);
+        assert!((target.squares.sum - 2.0).abs() < 1e-12);
+        assert_eq!(target.squares.n, 2);
     }
 
     /// Three UAVs, one of them across the seam of the angles: the same as stacking all innovations and inverting S.
@@ -179,9 +174,9 @@ mod tests {
         }
         let s = h * covariance * h.transpose() + r;
         let expected = nu.dot(&s.cholesky().unwrap().solve(&nu));
-        assert!((target.square / expected - 1.0).abs() < 1e-12);
+        assert!((target.squares.sum / expected - 1.0).abs() < 1e-12);
         assert!(nu.amax() < 30.0 && nu[5].abs() < 0.1, "the bearing's innovation wraps");
-        assert_eq!(target.numbers, 6);
+        assert_eq!(target.squares.n, 6);
     }
 
     /// 500 m too far, by a sensor that is held to be good to a millimetre, of a track that is good to 100 km: of the
@@ -197,7 +192,7 @@ mod tests {
         let uav = Position::from_m(1000.0, -300.0);
         let mut target = track(uav);
         target.compare(&sensor, uav, &RangeBearing { range_m: 900.0, bearing: Angle::from_rad(0.7) });
-        assert!((target.square / 2.5e-5 - 1.0).abs() < 1e-6, "{}", target.square);
+        assert!((target.squares.sum / 2.5e-5 - 1.0).abs() < 1e-6, "{}", target.squares.sum);
         for n in 1..200 {
             let mut target = track(uav);
             for other in 0..3 {
@@ -205,7 +200,7 @@ mod tests {
                 let range_m = 900.0 + f64::from(n);
                 target.compare(&sensor, from, &RangeBearing { range_m, bearing: Angle::from_rad(0.7) });
             }
-            assert!(target.square >= 0.0 && target.square.is_finite(), "{n}: {}", target.square);
+            assert!(target.squares.sum >= 0.0 && target.squares.sum.is_finite(), "{n}: {}", target.squares.sum);
         }
     }
 
@@ -215,9 +210,9 @@ mod tests {
         let rules = Rules::of(&Template::of_text("drawn", "[[targets.at]]\n", None).unwrap().draw(1).unwrap().settings);
         let mut innovations = Innovations::new(&rules);
         assert_eq!(innovations.value(), None);
-        (innovations.sum, innovations.numbers) = (7.0, 2);
+        innovations.squares = Mean { sum: 7.0, n: 2 };
         assert_eq!(innovations.value(), Some(3.5));
-        innovations.sum = f64::INFINITY;
+        innovations.squares.sum = f64::INFINITY;
         assert_eq!(innovations.value(), None);
     }
 
