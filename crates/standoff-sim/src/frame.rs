@@ -18,6 +18,11 @@ pub struct Reported {
 impl Reported {
     /// Nothing: only where UAVs fly and where sensors point is known.
     pub const NOTHING: Self = Self { tracks: false, groups: false };
+
+    /// All that is needed is told.
+    pub(crate) fn has(self, needed: Self) -> bool {
+        (self.tracks || !needed.tracks) && (self.groups || !needed.groups)
+    }
 }
 
 impl Default for Reported {

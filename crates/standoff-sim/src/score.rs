@@ -14,12 +14,11 @@ use standoff::{Covariance, Displacement, Position, math};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::geometry::{
-    Known, at, centre, centroid, existing, lines_of_sight_rad, on_orbit, position_error_m, track_of,
+    Known, at, centre, centroid, existing, group_of, line_of_sight_rad, on_orbit, position_error_m, track_of,
 };
 use bound::Bound;
 use innovation::Innovations;
 use mean::Mean;
-use rules::allows;
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 
@@ -38,9 +37,6 @@ struct Wanted {
     separation: bool,
     line_of_sight: bool,
     tallies: bool,
-    limits: bool,
-    coverage: bool,
-    events: bool,
 }
 
 impl Wanted {
@@ -68,9 +64,6 @@ impl Wanted {
                 "anees_quiet",
                 "anees_manoeuvring",
             ]),
-            limits: choice.wants(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
-            coverage: choice.wants(&["uncovered_fraction"]),
-            events: choice.wants(&["handoffs", "discards"]),
         }
     }
 }
@@ -103,10 +96,6 @@ pub struct Scorer {
     surprises: Option<Surprises>,
     /// The targets known at this instant that exist.
     known: Vec<Known>,
-    /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
-    crew: Vec<Position>,
-    members: Vec<Position>,
-    from_centroid: Vec<Displacement>,
 }
 
 /// What the frames have come to, for the metrics of these names.
@@ -147,9 +136,6 @@ impl Scorer {
                 .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
                 .then(|| Surprises::new(rules.clone())),
             known: Vec::new(),
-            crew: Vec::new(),
-            members: Vec::new(),
-            from_centroid: Vec::new(),
             rules,
         }
     }
@@ -176,24 +162,18 @@ impl Scorer {
         if wanted.line_of_sight {
             self.lines_of_sight(frame);
         }
-        if wanted.limits {
-            for uav in &frame.uavs {
-                let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
-                self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
-                self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
-            }
+        for uav in &frame.uavs {
+            let group = group_of(frame, uav);
+            self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
+            self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
         }
-        if wanted.coverage {
-            for truth in &frame.truth {
-                let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
-                self.so_far.uncovered.add(f64::from(!covered));
-            }
+        for truth in &frame.truth {
+            let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
+            self.so_far.uncovered.add(f64::from(!covered));
         }
-        if wanted.events {
-            let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
-            self.so_far.handoffs += count("handoff-completed");
-            self.so_far.discards += count("discarded");
-        }
+        let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
+        self.so_far.handoffs += count("handoff-completed");
+        self.so_far.discards += count("discarded");
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
@@ -234,8 +214,8 @@ impl Scorer {
             separation_min_m: self.so_far.separation_min_m,
             separation_min_layer_m: self.so_far.separation_min_layer_m,
             separation_min_group_m: self.so_far.separation_min_group_m,
-            handoffs: self.wanted.events.then_some(self.so_far.handoffs),
-            discards: self.wanted.events.then_some(self.so_far.discards),
+            handoffs: Some(self.so_far.handoffs),
+            discards: Some(self.so_far.discards),
             anees: self.so_far.nees.value(),
             anees_quiet: quiet,
             anees_manoeuvring: manoeuvring,
@@ -249,7 +229,7 @@ impl Scorer {
             velocity_squared_error_m2_s2: velocity.squared_error.value(),
             velocity_bound_m2_s2: velocity.bound.value(),
         }
-        .only(|metric| allows(self.rules.reported, metric))
+        .only_by(self.rules.reported)
     }
 
     /// How each target fared that has existed, by id. Nobody is in it unless a metric that needs it was chosen.
@@ -283,35 +263,32 @@ impl Scorer {
     /// Radii, phases and distances of the UAVs on one orbit.
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
         let settled = frame.time_us as f64 / 1e6 >= self.rules.settle_s;
-        self.crew.clear();
-        self.crew.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
+        let crew: Vec<Position> = frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at).collect();
         let centre = centre(group);
-        for (index, uav) in self.crew.iter().enumerate() {
+        for (index, uav) in crew.iter().enumerate() {
             let error_m = (uav.distance_m(centre) - group.standoff_distance_m).abs();
             self.so_far.distance.add(group.standoff_distance_m);
             self.so_far.tracking.add(error_m);
             if settled {
                 self.so_far.tracking_settled.add(error_m);
             }
-            for other in &self.crew[index + 1..] {
+            for other in &crew[index + 1..] {
                 take_least(&mut self.so_far.separation_min_group_m, uav.distance_m(*other));
             }
         }
 
-        self.members.clear();
-        self.members.extend(on_orbit(&self.known, group.group));
-        let Some(centroid) = centroid(&self.members) else { return };
-        let standoff_m = self.rules.standoff_m(&self.members, centroid, 0.0);
-        for uav in &self.crew {
+        let members: Vec<Position> = on_orbit(&self.known, group.group).collect();
+        let Some(centroid) = centroid(&members) else { return };
+        let standoff_m = self.rules.standoff_m(&members, centroid, 0.0);
+        for uav in &crew {
             let error_m = (uav.distance_m(centroid) - standoff_m).abs();
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
             }
         }
-        self.from_centroid.clear();
-        self.from_centroid.extend(self.crew.iter().map(|uav| *uav - centroid));
-        if let Some(error_deg) = phase_error_deg(&self.from_centroid, self.rules.separation_rad) {
+        let from_centroid: Vec<Displacement> = crew.iter().map(|uav| *uav - centroid).collect();
+        if let Some(error_deg) = phase_error_deg(&from_centroid, self.rules.separation_rad) {
             self.so_far.phase_deg.add(error_deg);
         }
     }
@@ -331,15 +308,11 @@ impl Scorer {
 
     /// How far off the boresights the members are. Before the sensors were first pointed there is nothing to judge.
     fn lines_of_sight(&mut self, frame: &Frame) {
-        // By twos, which are worked on side by side; a last one alone beside itself.
-        for pair in frame.uavs.chunks(2) {
-            let angles_rad = lines_of_sight_rad([&pair[0], &pair[pair.len() - 1]], &self.known);
-            for angle_rad in angles_rad.into_iter().take(pair.len()).flatten() {
-                let largest_deg = angle_rad.to_degrees();
-                self.so_far.line_of_sight_deg.add(largest_deg);
-                self.so_far.line_of_sight_max_deg =
-                    Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
-            }
+        for angle_rad in frame.uavs.iter().filter_map(|uav| line_of_sight_rad(uav, &self.known)) {
+            let largest_deg = angle_rad.to_degrees();
+            self.so_far.line_of_sight_deg.add(largest_deg);
+            self.so_far.line_of_sight_max_deg =
+                Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+use crate::frame::Reported;
+
 /// The end of a metric's values at which runs are bad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -55,32 +57,15 @@ impl About {
     }
 }
 
-/// A metric as a plain number; `None` where there was nothing to measure.
-trait Value {
-    fn value(self) -> Option<f64>;
-}
-
-impl Value for Option<f64> {
-    fn value(self) -> Option<f64> {
-        self
-    }
-}
-
-impl Value for Option<u64> {
-    fn value(self) -> Option<f64> {
-        self.map(|count| count as f64)
-    }
-}
-
 /// Defines the metrics: their fields, their names, what is to be known of them, and how those chosen are serialised, in
 /// one order.
 macro_rules! metrics {
     ($(#[$struct_doc:meta])* $name:ident {
-        $($(#[$doc:meta])* $field:ident: $type:ty, $words:literal, $bad:expr, $interest:literal;)*
+        $($(#[$doc:meta])* $field:ident: $type:ty, $words:literal, $bad:expr, $interest:literal, $needs:expr;)*
     }) => {
         $(#[$struct_doc])*
         #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct $name { $($(#[$doc])* pub $field: $type,)* }
+        pub struct $name { $($(#[$doc])* pub $field: Option<$type>,)* }
 
         impl $name {
             /// All names, in the order of [`Self::values`].
@@ -93,12 +78,12 @@ macro_rules! metrics {
 
             /// All values, in the order of [`Self::NAMES`].
             pub fn values(&self) -> [Option<f64>; Self::NAMES.len()] {
-                [$(self.$field.value()),*]
+                [$(self.$field.map(|value| value as f64)),*]
             }
 
-            /// Those of which the name passes; the others are `None`.
-            pub(super) fn only(mut self, passes: impl Fn(&str) -> bool) -> Self {
-                $(self.$field = self.$field.filter(|_| passes(stringify!($field)));)*
+            /// Those that can be told by what is reported; the others are `None`.
+            pub(super) fn only_by(mut self, reported: Reported) -> Self {
+                $(self.$field = self.$field.filter(|_| reported.has($needs));)*
                 self
             }
         }
@@ -119,82 +104,88 @@ const SMALL: Option<BadEnd> = Some(BadEnd::Small);
 const LARGE: Option<BadEnd> = Some(BadEnd::Large);
 const NEITHER: Option<BadEnd> = None;
 
+// What a brain has to report for a metric to be told.
+const NOTHING: Reported = Reported::NOTHING;
+const TRACKS: Reported = Reported { tracks: true, ..NOTHING };
+const GROUPS: Reported = Reported { groups: true, ..NOTHING };
+const BOTH: Reported = Reported { tracks: true, groups: true };
+
 metrics! {
     /// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a
     /// single UAV, say) or nothing was asked for.
     Metrics {
         /// Share of the time of existing targets in which they are in a group and in some UAV's view, 0 to 1.
-        watched_fraction: Option<f64>, "time of targets in a group and in some UAV's view", SMALL, 0.01;
+        watched_fraction: f64, "time of targets in a group and in some UAV's view", SMALL, 0.01, BOTH;
         /// Share of the time of existing targets in which they are in some UAV's view, in a group or not, 0 to 1.
-        seen_fraction: Option<f64>, "time of targets in some UAV's view, group or not", SMALL, 0.01;
+        seen_fraction: f64, "time of targets in some UAV's view, group or not", SMALL, 0.01, NOTHING;
         /// Longest time without a break that an existing target was in no view, s.
-        longest_gap_s: Option<f64>, "longest time of a target in no view", LARGE, 1.0;
+        longest_gap_s: f64, "longest time of a target in no view", LARGE, 1.0, NOTHING;
         /// Estimated against true position of group members, m.
-        position_error_m: Option<f64>, "position error", LARGE, 0.1;
+        position_error_m: f64, "position error", LARGE, 0.1, BOTH;
         /// Estimated against true velocity of group members, m/s.
-        velocity_error_m_s: Option<f64>, "velocity error", LARGE, 0.05;
+        velocity_error_m_s: f64, "velocity error", LARGE, 0.05, BOTH;
         /// Estimated against true position of every known target, m.
-        position_error_all_m: Option<f64>, "position error, all known targets", LARGE, 0.5;
+        position_error_all_m: f64, "position error, all known targets", LARGE, 0.5, TRACKS;
         /// The agents' own r_d (15), m.
-        standoff_distance_m: Option<f64>, "standoff distance", NEITHER, 5.0;
+        standoff_distance_m: f64, "standoff distance", NEITHER, 5.0, GROUPS;
         /// |r - r_d| by the true geometry, m.
-        standoff_error_m: Option<f64>, "standoff error, true geometry", LARGE, 0.5;
+        standoff_error_m: f64, "standoff error, true geometry", LARGE, 0.5, BOTH;
         /// |r - r_d| by the agents' own centre and (15), m.
-        standoff_tracking_error_m: Option<f64>, "standoff error, the agents' own view", LARGE, 0.5;
+        standoff_tracking_error_m: f64, "standoff error, the agents' own view", LARGE, 0.5, GROUPS;
         /// `standoff_error_m` from `settle_s` on.
-        standoff_error_m_settled: Option<f64>, "standoff error, true geometry, settled", LARGE, 0.5;
+        standoff_error_m_settled: f64, "standoff error, true geometry, settled", LARGE, 0.5, BOTH;
         /// `standoff_tracking_error_m` from `settle_s` on.
-        standoff_tracking_error_m_settled: Option<f64>, "standoff error, own view, settled", LARGE, 0.5;
+        standoff_tracking_error_m_settled: f64, "standoff error, own view, settled", LARGE, 0.5, GROUPS;
         /// Distance from the wanted separation, degrees.
-        phase_error_deg: Option<f64>, "phase error", LARGE, 0.5;
+        phase_error_deg: f64, "phase error", LARGE, 0.5, BOTH;
         /// Largest angle between boresight and a group member, mean over time and UAVs, degrees.
-        line_of_sight_deg: Option<f64>, "furthest member off boresight, mean", LARGE, 0.5;
+        line_of_sight_deg: f64, "furthest member off boresight, mean", LARGE, 0.5, BOTH;
         /// The largest of those angles.
-        line_of_sight_max_deg: Option<f64>, "furthest member off boresight, at worst", LARGE, 1.0;
+        line_of_sight_max_deg: f64, "furthest member off boresight, at worst", LARGE, 1.0, BOTH;
         /// Share of the time of group members in no view, 0 to 1.
-        out_of_view_fraction: Option<f64>, "time of group members in no view", LARGE, 0.001;
+        out_of_view_fraction: f64, "time of group members in no view", LARGE, 0.001, BOTH;
         /// Longest time without a break that one was in no view, s.
-        out_of_view_longest_s: Option<f64>, "longest time of a group member in no view", LARGE, 0.5;
+        out_of_view_longest_s: f64, "longest time of a group member in no view", LARGE, 0.5, BOTH;
         /// Share of the time of existing targets in no group, 0 to 1.
-        uncovered_fraction: Option<f64>, "time of targets in no group", LARGE, 0.01;
+        uncovered_fraction: f64, "time of targets in no group", LARGE, 0.01, BOTH;
         /// Share of UAV-time without a feasible orbit, 0 to 1.
-        infeasible_fraction: Option<f64>, "time without a feasible orbit", LARGE, 0.01;
+        infeasible_fraction: f64, "time without a feasible orbit", LARGE, 0.01, GROUPS;
         /// Share of UAV-time with the turn rate at its limit, 0 to 1.
-        turn_rate_saturated_fraction: Option<f64>, "time with turn rate at its limit", LARGE, 0.01;
+        turn_rate_saturated_fraction: f64, "time with turn rate at its limit", LARGE, 0.01, NOTHING;
         /// Smallest horizontal distance between any two UAVs, m.
-        separation_min_m: Option<f64>, "smallest separation of two UAVs", SMALL, 10.0;
+        separation_min_m: f64, "smallest separation of two UAVs", SMALL, 10.0, NOTHING;
         /// The same of two at one altitude, m.
-        separation_min_layer_m: Option<f64>, "smallest separation of two UAVs at one altitude", SMALL, 10.0;
+        separation_min_layer_m: f64, "smallest separation of two UAVs at one altitude", SMALL, 10.0, NOTHING;
         /// The same of two of one group, m.
-        separation_min_group_m: Option<f64>, "smallest separation of two UAVs of a group", SMALL, 10.0;
+        separation_min_group_m: f64, "smallest separation of two UAVs of a group", SMALL, 10.0, GROUPS;
         /// Completed handoffs.
-        handoffs: Option<u64>, "handoffs", NEITHER, 0.1;
+        handoffs: u64, "handoffs", NEITHER, 0.1, GROUPS;
         /// Targets removed from a group because no orbit could hold them.
-        discards: Option<u64>, "discards", NEITHER, 0.1;
+        discards: u64, "discards", NEITHER, 0.1, GROUPS;
         /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
-        anees: Option<f64>, "consistency of estimates (1 is right)", NEITHER, 0.05;
+        anees: f64, "consistency of estimates (1 is right)", NEITHER, 0.05, BOTH;
         /// The same of the targets that never manoeuvre, where some do.
-        anees_quiet: Option<f64>, "consistency, targets that never manoeuvre (1 is right)", NEITHER, 0.05;
+        anees_quiet: f64, "consistency, targets that never manoeuvre (1 is right)", NEITHER, 0.05, BOTH;
         /// The same of those that manoeuvre.
-        anees_manoeuvring: Option<f64>, "consistency, targets that manoeuvre (1 is right)", NEITHER, 0.05;
+        anees_manoeuvring: f64, "consistency, targets that manoeuvre (1 is right)", NEITHER, 0.05, BOTH;
         /// What of `standoff_error_m_settled` no guidance can know, m.
-        standoff_surprise_m_settled: Option<f64>, "standoff surprise, true geometry", NEITHER, 0.2;
+        standoff_surprise_m_settled: f64, "standoff surprise, true geometry", NEITHER, 0.2, BOTH;
         /// What of `standoff_tracking_error_m_settled` no guidance can know, m.
-        standoff_tracking_surprise_m_settled: Option<f64>, "standoff surprise, own view", NEITHER, 0.2;
+        standoff_tracking_surprise_m_settled: f64, "standoff surprise, own view", NEITHER, 0.2, BOTH;
         /// Normalised innovation squared over the numbers measured; 1 is consistent.
-        nis: Option<f64>, "consistency of innovations (1 is right)", NEITHER, 0.02;
+        nis: f64, "consistency of innovations (1 is right)", NEITHER, 0.02, TRACKS;
         /// Root-mean-square position error of group members over its Cramer-Rao bound.
-        position_bound_ratio: Option<f64>, "position error over its bound", NEITHER, 0.01;
+        position_bound_ratio: f64, "position error over its bound", NEITHER, 0.01, BOTH;
         /// The same of the velocity.
-        velocity_bound_ratio: Option<f64>, "velocity error over its bound", NEITHER, 0.01;
+        velocity_bound_ratio: f64, "velocity error over its bound", NEITHER, 0.01, BOTH;
         /// Mean squared position error of group members, m2.
-        position_squared_error_m2: Option<f64>, "position error squared", NEITHER, 1.0;
+        position_squared_error_m2: f64, "position error squared", NEITHER, 1.0, BOTH;
         /// Mean of its Cramer-Rao bound over the same samples, m2.
-        position_bound_m2: Option<f64>, "position bound", NEITHER, 1.0;
+        position_bound_m2: f64, "position bound", NEITHER, 1.0, BOTH;
         /// Mean squared velocity error of group members, m2/s2.
-        velocity_squared_error_m2_s2: Option<f64>, "velocity error squared", NEITHER, 0.1;
+        velocity_squared_error_m2_s2: f64, "velocity error squared", NEITHER, 0.1, BOTH;
         /// Mean of its Cramer-Rao bound over the same samples, m2/s2.
-        velocity_bound_m2_s2: Option<f64>, "velocity bound", NEITHER, 0.1;
+        velocity_bound_m2_s2: f64, "velocity bound", NEITHER, 0.1, BOTH;
     }
 }
 

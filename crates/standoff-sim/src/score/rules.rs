@@ -60,23 +60,3 @@ impl Rules {
         self.standoff.distance(spread, margin_m).distance_m
     }
 }
-
-/// Whether a metric can be scored. Of what is seen, and how the UAVs fly, nobody need tell.
-pub(super) fn allows(reported: Reported, metric: &str) -> bool {
-    match metric {
-        "seen_fraction"
-        | "longest_gap_s"
-        | "separation_min_m"
-        | "separation_min_layer_m"
-        | "turn_rate_saturated_fraction" => true,
-        "position_error_all_m" | "nis" => reported.tracks,
-        "standoff_distance_m"
-        | "standoff_tracking_error_m"
-        | "standoff_tracking_error_m_settled"
-        | "infeasible_fraction"
-        | "separation_min_group_m"
-        | "handoffs"
-        | "discards" => reported.groups,
-        _ => reported.tracks && reported.groups,
-    }
-}
