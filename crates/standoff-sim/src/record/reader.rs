@@ -8,7 +8,7 @@ use super::checkpoint::{self, Checkpoint};
 use super::folder::SCENARIO;
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableReader, file_of};
-use super::{Manifest, RecordError};
+use super::{Counts, Manifest, RecordError};
 use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
@@ -121,9 +121,7 @@ impl Record {
             detections: Merged::open(self)?,
             events: Merged::open(self)?,
             bounds: Bounds::new(&self.manifest, self.target_names.len()),
-            dir: self.dir.clone(),
-            counted: self.manifest.counts.as_ref().map(|counts| counts.instants),
-            ends_us: self.checkpoint.as_ref().map(|checkpoint| checkpoint.last_us),
+            record: self.clone(),
             last_us: None,
             ended: false,
         })
@@ -139,11 +137,7 @@ pub struct Frames {
     detections: Merged<DetectionRow>,
     events: Merged<EventRow>,
     bounds: Bounds,
-    dir: PathBuf,
-    /// How many instants a finished record says it has.
-    counted: Option<u64>,
-    /// The last instant of an unfinished one.
-    ends_us: Option<i64>,
+    record: Record,
     last_us: Option<i64>,
     ended: bool,
 }
@@ -166,7 +160,7 @@ impl Frames {
         // The UAVs define the instants.
         let Some(time_us) = self.uavs.instant() else { return self.end().map(|()| None) };
         let beyond = |Beyond { table, what }: Beyond| {
-            let path = self.dir.join(format!("{table}.parquet"));
+            let path = self.record.dir.join(format!("{table}.parquet"));
             RecordError::damaged(&path, what)
         };
         self.bounds.begin(time_us).map_err(beyond)?;
@@ -194,12 +188,12 @@ impl Frames {
         self.events.check_end()?;
         let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
         let (there, last_us) = (self.bounds.instants, self.last_us.unwrap_or_default());
-        match (self.counted, self.ends_us) {
-            (Some(counted), _) if counted != there => {
-                damaged(format!("it has {there} instants, and run.json beside it says {counted}"))
+        match (&self.record.manifest.counts, &self.record.checkpoint) {
+            (Some(Counts { instants, .. }), _) if *instants != there => {
+                damaged(format!("it has {there} instants, and run.json beside it says {instants}"))
             }
-            (_, Some(ends_us)) if ends_us != last_us => {
-                let (ends_s, last_s) = (seconds(ends_us), seconds(last_us));
+            (_, Some(checkpoint)) if checkpoint.last_us != last_us => {
+                let (ends_s, last_s) = (seconds(checkpoint.last_us), seconds(last_us));
                 damaged(format!("it ends at {last_s} s, and the checkpoint beside it says {ends_s} s"))
             }
             _ => Ok(()),
