@@ -38,7 +38,8 @@ pub fn sync_folder(dir: &Path) -> io::Result<()> {
 }
 
 /// The path with something added to its name.
-pub(crate) fn beside(path: &Path, addition: &str) -> PathBuf {
+#[must_use]
+pub fn beside(path: &Path, addition: &str) -> PathBuf {
     let mut name = path.file_name().map_or_else(OsString::new, ToOwned::to_owned);
     name.push(addition);
     path.with_file_name(name)

@@ -17,6 +17,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread;
 
+use connection::House;
 pub use feed::Feed;
 pub use hyper::body::Bytes;
 pub use limits::Limits;
@@ -82,10 +83,9 @@ impl Server {
         };
         let address = listener.local_addr()?;
         let (stop, stopped) = watch::channel(());
-        let serve = move || {
-            // A call of the site that is still under way then is not waited for.
-            runtime.block_on(connection::serve(listener, address, site, limits, stopped));
-        };
+        let house = House::new(site, address, limits, stopped);
+        // A call of the site that is still under way then is not waited for.
+        let serve = move || runtime.block_on(connection::serve(listener, house));
         let thread = thread::Builder::new().name("server".into()).spawn(serve);
         let thread = thread.map_err(|reason| {
             let what = format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)");

@@ -17,28 +17,23 @@ pub(super) enum Mark {
 }
 
 impl Mark {
+    /// Each with the kind of event that it marks, and what the legend says.
+    const ALL: [(Self, &str, &str); 5] = [
+        (Self::Requested, "handoff-requested", "handoff requested"),
+        (Self::Withdrawn, "handoff-withdrawn", "handoff withdrawn"),
+        (Self::Completed, "handoff-completed", "handoff completed"),
+        (Self::Discarded, "discarded", "target discarded"),
+        (Self::Lost, "lost", "target lost"),
+    ];
+
     /// The mark of a kind of event.
     pub(super) fn of(kind: &str) -> Option<Self> {
-        Some(match kind {
-            "handoff-requested" => Self::Requested,
-            "handoff-withdrawn" => Self::Withdrawn,
-            "handoff-completed" => Self::Completed,
-            "discarded" => Self::Discarded,
-            "lost" => Self::Lost,
-            _ => return None,
-        })
+        Self::ALL.iter().find(|(_, marked, _)| *marked == kind).map(|(mark, ..)| *mark)
     }
 
     /// What the legend says.
     pub(super) fn label(self) -> String {
-        let label = match self {
-            Self::Requested => "handoff requested",
-            Self::Withdrawn => "handoff withdrawn",
-            Self::Completed => "handoff completed",
-            Self::Discarded => "target discarded",
-            Self::Lost => "target lost",
-        };
-        label.to_owned()
+        Self::ALL.iter().find(|(mark, ..)| *mark == self).map_or("", |(.., label)| *label).to_owned()
     }
 
     /// The shape, in black and white: colours are for UAVs and groups.

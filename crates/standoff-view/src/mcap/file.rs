@@ -4,6 +4,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
 
+use standoff_sim::disk;
+
 use super::error::McapError;
 
 /// `FILE.partial`, removed when dropped.
@@ -17,14 +19,11 @@ pub(super) struct Partial {
 impl Partial {
     /// Begins the file that is to lie at `place`. What an interrupted run left is overwritten.
     pub(super) fn create(place: &Path) -> Result<(Self, BufWriter<File>), McapError> {
-        let Some(name) = place.file_name() else {
-            let path = place.to_owned();
-            return Err(McapError::NoName { path });
-        };
+        if place.file_name().is_none() {
+            return Err(McapError::NoName { path: place.to_owned() });
+        }
         check_replaceable(place)?;
-        let mut partial_name = name.to_owned();
-        partial_name.push(".partial");
-        let path = place.with_file_name(partial_name);
+        let path = disk::beside(place, disk::PARTIAL);
         check_replaceable(&path)?;
         let refused = |reason| McapError::Write { path: path.clone(), reason };
         // Emptied only once it is known to be ours.

@@ -72,14 +72,8 @@ impl House {
 }
 
 /// Serves until `stopped`, then until all connections have ended or the time for that is over.
-pub(super) async fn serve(
-    listener: TcpListener,
-    address: SocketAddr,
-    site: Arc<dyn Site>,
-    limits: Limits,
-    mut stopped: watch::Receiver<()>,
-) {
-    let house = House::new(site, address, limits, stopped.clone());
+pub(super) async fn serve(listener: TcpListener, house: Arc<House>) {
+    let mut stopped = house.stopped.clone();
     tokio::select! {
         () = accept(&listener, &house) => {}
         _ = stopped.changed() => {}
