@@ -34,7 +34,6 @@ struct Wanted {
     estimates: bool,
     consistency: bool,
     orbits: bool,
-    separation: bool,
     line_of_sight: bool,
     tallies: bool,
 }
@@ -53,7 +52,6 @@ impl Wanted {
                 "phase_error_deg",
                 "separation_min_group_m",
             ]),
-            separation: choice.wants(&["separation_min_m", "separation_min_layer_m"]),
             line_of_sight: choice.wants(&["line_of_sight_deg", "line_of_sight_max_deg"]),
             tallies: choice.wants(&[
                 "watched_fraction",
@@ -156,9 +154,7 @@ impl Scorer {
         if wanted.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
-        if wanted.separation {
-            self.separations(&frame.uavs);
-        }
+        self.separations(&frame.uavs);
         if wanted.line_of_sight {
             self.lines_of_sight(frame);
         }
