@@ -96,7 +96,7 @@ const PAIR: &str = "paper/table-2-pair";
 const BEST: &str = "best/table-2-pair";
 
 /// Flies every mission with every improvement, and the best against its goals.
-pub(crate) fn improvements(plan: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "improvements",
         "Beyond the paper: improvements, one at a time",
@@ -136,7 +136,7 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Vec<Study>, Failure> {
     }
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     found.data.push(Data::new("improvements", &columns, data));
-    Ok(vec![found])
+    Ok(found)
 }
 
 /// What `best/table-2-pair` loses without each of its improvements.

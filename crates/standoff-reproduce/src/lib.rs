@@ -35,20 +35,41 @@ pub struct Piece {
 
 /// All there is, in the order of the page.
 pub const PIECES: [Piece; 9] = [
-    piece("table-2", "Mean errors of one and of two UAVs, with and without the active measures", table_2::table_2),
-    piece("figure-6", "Information of a pair by the target's bearing", separation::figure_6),
-    piece("figure-7", "Its mean, by sensor and separation", separation::figure_7),
-    piece("figure-8", "Four targets, two UAVs", missions::figure_8),
-    piece("figure-9", "Seven targets, four UAVs: a handoff, a discard", missions::figure_9),
-    piece("figure-10", "Histories of that mission", missions::figure_10),
-    piece("figure-11", "Its lines of sight, with and without measures and dwell", missions::figure_11),
-    piece("errata", "What is wrong in print", errata::errata),
-    piece("improvements", IMPROVEMENTS, improvements::improvements),
+    Piece {
+        name: "table-2",
+        about: "Mean errors of one and of two UAVs, with and without the active measures",
+        measure: |plan| Ok(vec![table_2::table_2(plan)?]),
+    },
+    Piece {
+        name: "figure-6",
+        about: "Information of a pair by the target's bearing",
+        measure: |_| Ok(vec![separation::figure_6()?]),
+    },
+    Piece {
+        name: "figure-7",
+        about: "Its mean, by sensor and separation",
+        measure: |_| Ok(vec![separation::figure_7()?]),
+    },
+    Piece { name: "figure-8", about: "Four targets, two UAVs", measure: |plan| Ok(vec![missions::figure_8(plan)?]) },
+    Piece {
+        name: "figure-9",
+        about: "Seven targets, four UAVs: a handoff, a discard",
+        measure: |plan| Ok(vec![missions::figure_9(plan)?]),
+    },
+    Piece {
+        name: "figure-10",
+        about: "Histories of that mission",
+        measure: |plan| Ok(vec![missions::figure_10(plan)?]),
+    },
+    Piece {
+        name: "figure-11",
+        about: "Its lines of sight, with and without measures and dwell",
+        measure: |plan| Ok(vec![missions::figure_11(plan)?]),
+    },
+    Piece { name: "errata", about: "What is wrong in print", measure: errata::errata },
+    Piece {
+        name: "improvements",
+        about: "What this project's improvements gain, one at a time, and how close the best is to what is possible",
+        measure: |plan| Ok(vec![improvements::improvements(plan)?]),
+    },
 ];
-
-const IMPROVEMENTS: &str =
-    "What this project's improvements gain, one at a time, and how close the best is to what is possible";
-
-const fn piece(name: &'static str, about: &'static str, measure: fn(&Plan) -> Result<Vec<Study>, Failure>) -> Piece {
-    Piece { name, about, measure }
-}

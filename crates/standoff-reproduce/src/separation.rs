@@ -7,7 +7,6 @@ use standoff::{Angle, Displacement, Position, SensorParams, TeamParams};
 use standoff_view::figures::study::{Line, Plot, study};
 
 use super::claim::{Claim, Finding, shown};
-use super::flights::Plan;
 use super::statistics::{Estimate, mean};
 use super::study::{Data, Study, Table};
 use crate::failure::Failure;
@@ -32,7 +31,7 @@ const ROUNDING: f64 = 1e-9;
 const ABOUT_DEG: f64 = 10.0;
 
 /// Figure 6: eta against the target's bearing.
-pub(crate) fn figure_6(_: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn figure_6() -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-6",
         "Figure 6: information of a pair by the target's bearing",
@@ -85,11 +84,11 @@ pub(crate) fn figure_6(_: &Plan) -> Result<Vec<Study>, Failure> {
         claim("and smallest at the bearing", "deg", 180.0, 1.0, best(-1.0)),
         claim("it is symmetrical about 180 deg: largest difference", "", 0.0, 1e-3, worst.fold(0.0, f64::max)),
     ];
-    Ok(vec![figure])
+    Ok(figure)
 }
 
 /// Figure 7: its mean over the bearing, and where 90 degrees is not best.
-pub(crate) fn figure_7(_: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn figure_7() -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-7",
         "Figure 7: where 90 degrees is best",
@@ -193,7 +192,7 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Vec<Study>, Failure> {
     ));
     figure.tables = vec![table, pairs(&sensor)];
     figure.figures.push(two_ranges(&sensor)?);
-    Ok(vec![figure])
+    Ok(figure)
 }
 
 /// Best separations of two UAVs at unequal ranges from one target, Table I's sensor.

@@ -113,7 +113,7 @@ const NEAR: f64 = 0.25;
 const DIFFERENCES: [(usize, usize, &[usize]); 2] = [(0, 1, &[0, 1]), (1, 2, &[2, 3, 4, 0, 1])];
 
 /// Flies the table.
-pub(crate) fn table_2(plan: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "table-2",
         "Table II: tracking one group of four targets",
@@ -159,7 +159,7 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Vec<Study>, Failure> {
         found.tables.push(side_by_side(&title, &columns));
         found.data.push(every_run(name, plan, &columns));
     }
-    Ok(vec![found])
+    Ok(found)
 }
 
 /// A difference between two columns, run by run.
@@ -257,7 +257,6 @@ mod tests {
         let claims = table_2(&Plan { runs: 2, first_seed: 1, threads: None, traffic: Vec::new() })
             .map_err(|_| ())
             .unwrap()
-            .remove(0)
             .claims;
         assert_eq!(claims.len(), 14 + 7);
         assert!(claims.iter().all(|claim| claim.runs == 2 && !claim.reason.is_empty()));
@@ -268,7 +267,7 @@ mod tests {
         let found =
             table_2(&Plan { runs: 8, first_seed: 1, threads: None, traffic: Vec::new() }).map_err(|_| ()).unwrap();
         let [knows, overconfident] = [0, 1].map(|table| {
-            let rows = &found[0].tables[table].rows;
+            let rows = &found.tables[table].rows;
             let number = |name: &str, column: usize| -> f64 {
                 let row = rows.iter().find(|row| row[0].starts_with(name)).unwrap();
                 row[column].split(' ').next().unwrap().parse().unwrap()

@@ -36,7 +36,7 @@ struct Seen {
 }
 
 /// Flies figure 10.
-pub(crate) fn figure_10(plan: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-10",
         "Figure 10: histories of that mission",
@@ -133,7 +133,7 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Vec<Study>, Failure> {
             ("centre_error_m", &centres),
         ],
     ));
-    Ok(vec![found])
+    Ok(found)
 }
 
 fn look(scenario: &Scenario) -> Result<Seen, Failure> {

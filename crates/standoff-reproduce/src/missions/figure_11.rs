@@ -28,7 +28,7 @@ struct Seen {
 }
 
 /// Flies figure 11.
-pub(crate) fn figure_11(plan: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-11",
         "Figure 11: the line of sight to the furthest target",
@@ -125,7 +125,7 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Vec<Study>, Failure> {
     found
         .data
         .push(data("figure-11", &[("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)]));
-    Ok(vec![found])
+    Ok(found)
 }
 
 fn look(scenario: &Scenario, half_deg: f64) -> Result<Seen, Failure> {

@@ -26,7 +26,7 @@ struct Seen {
 }
 
 /// Flies figure 8.
-pub(crate) fn figure_8(plan: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn figure_8(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-8",
         "Figure 8: four targets, two UAVs",
@@ -71,7 +71,7 @@ pub(crate) fn figure_8(plan: &Plan) -> Result<Vec<Study>, Failure> {
     found.figures.push(map("figure-8", &scenario)?);
     found.figures.push(study("figure-8-histories", heading, &caption, &plots).map_err(Failure::running)?);
     found.data.push(data("figure-8", &[("standoff_error_m", &errors), ("separation_deg", &angles)]));
-    Ok(vec![found])
+    Ok(found)
 }
 
 fn look(scenario: &Scenario) -> Result<Seen, Failure> {

@@ -28,7 +28,7 @@ struct Seen {
 }
 
 /// Flies figure 9.
-pub(crate) fn figure_9(plan: &Plan) -> Result<Vec<Study>, Failure> {
+pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-9",
         "Figure 9: seven targets, four UAVs, a handoff and a discard",
@@ -85,7 +85,7 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Vec<Study>, Failure> {
     let columns = ["seed", "requested_s", "completed_s", "discarded_s", "handoffs", "discards", "all_in_view"];
     found.data.push(Data::new("figure-9", &columns, plan.seeds().zip(&runs).map(row).collect()));
     found.figures.push(map("figure-9", &plan.first(MISSION, &[])?)?);
-    Ok(vec![found])
+    Ok(found)
 }
 
 fn look(scenario: &Scenario) -> Result<Seen, Failure> {

@@ -4,8 +4,7 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use super::batch::Values;
-use super::journal::Journal;
-use super::journal::tests::{any_journal, look_into};
+use super::journal::{Journal, journal_of};
 use super::{Batch, Results, results};
 use crate::fuzz::{JSON, put, refused, run};
 use crate::scenario::{Edits, Template};
@@ -40,10 +39,10 @@ fn any_journal_is_read_or_refused() {
             choices.damaged(good.clone())
         } else {
             // What its checksums do not tell.
-            any_journal(&choices.mutated(std::slice::from_ref(&json), &JSON), &choices.damaged(slots.clone()))
+            journal_of(&choices.mutated(std::slice::from_ref(&json), &JSON), &choices.damaged(slots.clone()))
         };
         put(&path, bytes);
-        match look_into(&path) {
+        match Journal::look_into(&path) {
             Ok(None) => false,
             Ok(Some((batch, rows))) => {
                 assert!(batch.check().is_ok());

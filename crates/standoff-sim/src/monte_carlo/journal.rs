@@ -120,6 +120,18 @@ impl Journal {
         Ok(Self { dir: dir.to_owned(), file, slots, metrics, unsynced: false, synced: Instant::now() })
     }
 
+    /// The batch of a journal, and its runs, as [`Self::open`] and [`Self::rows`] would read them.
+    #[cfg(test)]
+    pub(super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        let mut file = File::open(path).unwrap();
+        let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
+        let start = file.stream_position().unwrap();
+        let (runs, seal) = (batch.flown(), crc32fast::hash(&serde_json::to_vec(&batch).unwrap()));
+        let slots = Slots { start, runs, metrics: batch.metrics.len(), seal };
+        Ok(Some((batch, Rows::new(path.to_owned(), file, slots, &NEVER).unwrap())))
+    }
+
     /// Where it lies.
     pub(super) fn dir(&self) -> &Path {
         &self.dir
@@ -316,6 +328,16 @@ fn head(batch: &Batch) -> Result<(Vec<u8>, u32), MonteCarloError> {
     Ok((head, seal))
 }
 
+/// A journal of anything, with the checksums that belong to it.
+#[cfg(test)]
+pub(super) fn journal_of(json: &[u8], slots: &[u8]) -> Vec<u8> {
+    let mut journal = MAGIC.to_vec();
+    journal.extend((json.len() as u32).to_le_bytes());
+    journal.extend(crc32fast::hash(json).to_le_bytes());
+    journal.extend(crc32fast::hash(&journal).to_le_bytes());
+    [&journal, json, slots].concat()
+}
+
 /// The batch of a journal; `None` if the file breaks off before its first slot.
 fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloError> {
     let unreadable = |reason| RecordError::read(path, reason);
@@ -365,4 +387,4 @@ struct Heading {
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

@@ -5,25 +5,6 @@ use super::*;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-/// The batch of a journal, and its runs, as [`Journal::open`] and [`Journal::rows`] would read them.
-pub(in crate::monte_carlo) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
-    let mut file = File::open(path).unwrap();
-    let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
-    let start = file.stream_position().unwrap();
-    let (runs, seal) = (batch.flown(), crc32fast::hash(&serde_json::to_vec(&batch).unwrap()));
-    let slots = Slots { start, runs, metrics: batch.metrics.len(), seal };
-    Ok(Some((batch, Rows::new(path.to_owned(), file, slots, &NEVER).unwrap())))
-}
-
-/// A journal of anything, with the checksums that belong to it.
-pub(in crate::monte_carlo) fn any_journal(json: &[u8], slots: &[u8]) -> Vec<u8> {
-    let mut journal = MAGIC.to_vec();
-    journal.extend((json.len() as u32).to_le_bytes());
-    journal.extend(crc32fast::hash(json).to_le_bytes());
-    journal.extend(crc32fast::hash(&journal).to_le_bytes());
-    [&journal, json, slots].concat()
-}
-
 fn batch() -> Batch {
     Batch {
         format: FORMAT,
