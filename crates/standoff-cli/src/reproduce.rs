@@ -55,7 +55,7 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
     let mut studies = Vec::new();
     for piece in pieces {
         // Whatever fails later, what is done is written and told.
-        let found = (piece.measure)(&plan).map_err(failed)?;
+        let found = piece.measure(&plan).map_err(failed)?;
         paper::save(&found, &args.out).map_err(failed)?;
         found.iter().try_for_each(|study| print(&format!("{}\n", study.text())))?;
         studies.extend(found);

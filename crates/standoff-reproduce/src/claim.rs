@@ -140,6 +140,45 @@ impl Finding {
 }
 
 impl Claim {
+    /// A number that is computed, with nothing drawn: the paper's, to within a tolerance, and ours.
+    pub(crate) fn computed(
+        what: impl Into<String>,
+        unit: &'static str,
+        [paper, tolerance]: [f64; 2],
+        ours: f64,
+        reason: &'static str,
+    ) -> Self {
+        let finding = Finding::Number { paper, tolerance, ours: Estimate::exact(ours) };
+        Self { what: what.into(), unit, finding, runs: 0, reason }
+    }
+
+    /// Something that holds in every run, or in all of what else the unit says.
+    pub(crate) fn always(
+        what: impl Into<String>,
+        unit: &'static str,
+        held: impl IntoIterator<Item = bool>,
+        reason: &'static str,
+    ) -> Self {
+        let held: Vec<bool> = held.into_iter().collect();
+        let finding = Finding::Always { ours: Estimate::share(held.iter().copied()) };
+        Self { what: what.into(), unit, finding, runs: held.len(), reason }
+    }
+
+    /// A difference, pair by pair: from, to.
+    pub(crate) fn difference(
+        what: impl Into<String>,
+        unit: &'static str,
+        paper: Paper,
+        pairs: impl IntoIterator<Item = (f64, f64)>,
+        reason: &'static str,
+    ) -> Self {
+        let (from, to): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+        let change: Vec<f64> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
+        let (ours, percent) = (Estimate::mean(&change), Estimate::percent(&from, &to));
+        let finding = Finding::Difference { paper, ours, percent };
+        Self { what: what.into(), unit, finding, runs: change.len(), reason }
+    }
+
     /// The paper's side, as people read it.
     pub(crate) fn paper(&self) -> String {
         match self.finding {
@@ -160,19 +199,11 @@ impl Claim {
     pub(crate) fn ours(&self) -> String {
         match self.finding {
             Finding::Number { ours, .. } | Finding::Tendency { ours } => self.estimate(ours),
-            Finding::Difference { paper: Paper::Less, ours, .. } => {
-                format!("{} [{}, {}]{}", signed(ours.value), signed(ours.low), signed(ours.high), self.after())
+            Finding::Difference { paper: Paper::Less, ours, .. } => ours.told(signed) + &self.after(),
+            Finding::Difference { ours, percent, .. } => {
+                let [percent, low, high] = [percent.value, percent.low, percent.high].map(signed);
+                format!("{percent} % [{low}, {high}]; {}{}", ours.told(signed), self.after())
             }
-            Finding::Difference { ours, percent, .. } => format!(
-                "{} % [{}, {}]; {} [{}, {}]{}",
-                signed(percent.value),
-                signed(percent.low),
-                signed(percent.high),
-                signed(ours.value),
-                signed(ours.low),
-                signed(ours.high),
-                self.after(),
-            ),
             Finding::Always { ours } => {
                 let [value, low, high] = [ours.value, ours.low, ours.high].map(shown);
                 format!("in {value} % [{low}, {high}] of the {}", self.unit)
@@ -196,7 +227,7 @@ impl Claim {
         if ours.low == ours.high {
             return self.with_unit(ours.value);
         }
-        format!("{} [{}, {}]{}", shown(ours.value), shown(ours.low), shown(ours.high), self.after())
+        ours.told(shown) + &self.after()
     }
 
     fn with_unit(&self, value: f64) -> String {

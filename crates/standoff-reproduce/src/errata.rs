@@ -7,17 +7,13 @@ mod flight;
 mod margin;
 mod radius;
 
-use super::flights::Plan;
-use super::study::Study;
-use crate::failure::Failure;
+use super::study::Measure;
 
 /// Every erratum.
-pub(crate) fn errata(plan: &Plan) -> Result<Vec<Study>, Failure> {
-    Ok(vec![
-        feedforward::study_feedforward()?,
-        euler::study_euler()?,
-        radius::study_radius()?,
-        margin::study_margin(plan)?,
-        assignment::study_assignment(plan)?,
-    ])
-}
+pub(crate) const ERRATA: [Measure; 5] = [
+    feedforward::study_feedforward,
+    euler::study_euler,
+    radius::study_radius,
+    margin::study_margin,
+    assignment::study_assignment,
+];

@@ -3,27 +3,19 @@
 use standoff_view::figures::study::{Band, Line, Plot};
 
 use super::statistics::quantiles;
-use super::study::Data;
+use super::study::{Data, line, plot};
 
 /// Something of one run against time: any number of values at every instant (of UAVs, of groups).
 pub(crate) type History = Vec<(f64, Vec<f64>)>;
 
-/// A plot: the first run's values, and the median and the 5 to 95 % range of all runs at each instant. Each of `kinds`
-/// has a colour of its own; a single run is drawn only where there is one kind.
-pub(crate) fn bands(axis: &str, kinds: &[(&str, &[History])]) -> Plot {
-    let mut plot = Plot { axes: ["Time (s)".to_owned(), axis.to_owned()], shown: vec![0.0], ..Plot::default() };
-    for (colour, (name, runs)) in kinds.iter().enumerate() {
-        let label = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{what}, {name}") };
-        let levels = levels(runs);
-        let points = levels.iter().map(|&(time, [low, _, high])| (time, low, high)).collect();
-        plot.bands.push(Band { label: label("5 to 95 %"), colour, points });
-        let points = levels.iter().map(|&(time, [_, middle, _])| (time, middle)).collect();
-        plot.lines.push(Line { label: label("median"), colour, dashed: false, points });
-    }
-    if let [(_, runs)] = kinds {
-        plot.lines.extend(one_run(runs.first()));
-    }
-    plot
+/// A plot: the first run's values, and the median and the 5 to 95 % range of all runs at each instant.
+pub(crate) fn bands(axis: &str, runs: &[History]) -> Plot {
+    let levels = levels(runs);
+    let points = levels.iter().map(|&(time, [low, _, high])| (time, low, high)).collect();
+    let band = Band { label: "5 to 95 %".to_owned(), colour: 0, points };
+    let median = line("median", 0, levels.iter().map(|&(time, [_, middle, _])| (time, middle)));
+    let lines = [median].into_iter().chain(one_run(runs.first()));
+    Plot { bands: vec![band], shown: vec![0.0], ..plot("Time (s)", axis, lines) }
 }
 
 /// The numbers of such a plot.
@@ -35,11 +27,7 @@ pub(crate) fn data(name: &'static str, kinds: &[(&str, &[History])]) -> Data {
         let cells = levels.iter().flat_map(|levels| levels.get(index).map_or([f64::NAN; 3], |at| at.1));
         [time].into_iter().chain(cells).collect()
     };
-    Data {
-        name,
-        columns: ["time_s".to_owned()].into_iter().chain(heads).collect(),
-        rows: times.iter().enumerate().map(row).collect(),
-    }
+    Data::new(name, ["time_s".to_owned()].into_iter().chain(heads), times.iter().enumerate().map(row))
 }
 
 /// The 5, 50 and 95 % quantiles of all values of all runs, instant by instant.
@@ -60,5 +48,5 @@ fn one_run(run: Option<&History>) -> Option<Line> {
         points.extend(run.iter().map(|(time, values)| (*time, values.get(index).copied().unwrap_or(f64::NAN))));
         points.push((f64::NAN, f64::NAN));
     }
-    Some(Line { label: "first run".to_owned(), colour: 3, dashed: false, points })
+    Some(line("first run", 3, points))
 }

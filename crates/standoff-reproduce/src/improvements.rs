@@ -1,6 +1,5 @@
 //! Beyond the paper: what each improvement gains, one at a time, and how close the best is to what is possible.
 
-use standoff_sim::monte_carlo::pooled_root_ratio;
 use standoff_sim::score::{Choice, Metrics};
 
 use super::claim::{shown, signed};
@@ -134,8 +133,7 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     for (metric, _) in SHOWN {
         columns.extend([format!("{metric}_before"), format!("{metric}_difference"), format!("{metric}_half_width")]);
     }
-    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    found.data.push(Data::new("improvements", &columns, data));
+    found.data.push(Data::new("improvements", columns, data));
     Ok(found)
 }
 
@@ -151,16 +149,14 @@ fn without_each(plan: &Plan, choice: Choice, best: &[Metrics]) -> Result<Table, 
 
 /// A table of differences, with what they are differences from.
 fn gains(title: &str, base: &[Metrics]) -> Table {
-    let heads: Vec<&str> = [""].into_iter().chain(SHOWN.iter().map(|(_, head)| *head)).collect();
-    let mut table = Table::new(format!("{title} (differences; first row: what they are from):"), &heads);
-    let cells = SHOWN.iter().map(|(metric, _)| with_interval(&Estimate::mean(&measured(base, metric)), shown));
-    table.rows.push(["before".to_owned()].into_iter().chain(cells).collect());
+    let heads = [""].into_iter().chain(SHOWN.map(|(_, head)| head));
+    let mut table = Table::new(format!("{title} (differences; first row: what they are from):"), heads);
+    table.add("before", SHOWN.map(|(metric, _)| Estimate::mean(&measured(base, metric)).told(shown)));
     table
 }
 
 fn add(table: &mut Table, name: &str, base: &[Metrics], changed: &[Metrics]) {
-    let cells = SHOWN.iter().map(|(metric, _)| with_interval(&difference(base, changed, metric), signed));
-    table.rows.push([name.to_owned()].into_iter().chain(cells).collect());
+    table.add(name, SHOWN.map(|(metric, _)| difference(base, changed, metric).told(signed)));
 }
 
 /// The mean paired difference of a metric.
@@ -184,7 +180,7 @@ fn numbers(mission: usize, improvement: usize, base: &[Metrics], changed: &[Metr
 
 /// The goals, and the limits that forbid more.
 fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Failure> {
-    let mut table = Table::new(format!("Goals of `{BEST}`, and its limits:"), &["", "goal", "reached", "value"]);
+    let mut table = Table::new(format!("Goals of `{BEST}`, and its limits:"), ["", "goal", "reached", "value"]);
     let mut row = |what: &str, at_least: f64, at_most: f64, value: Estimate| {
         let within = |value: f64| (at_least..=at_most).contains(&value);
         let reached = match (within(value.value), within(value.low) && within(value.high)) {
@@ -193,7 +189,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
             (false, _) => "no",
         };
         let goal = if at_least == 0.0 { format!("at most {at_most}") } else { format!("{at_least} to {at_most}") };
-        table.rows.push(vec![what.to_owned(), goal, reached.to_owned(), with_interval(&value, shown)]);
+        table.add(what, [goal, reached.to_owned(), value.told(shown)]);
     };
     for (metric, what, at_least, at_most) in GOALS {
         row(what, at_least, at_most, Estimate::mean(&measured(best, metric)));
@@ -212,13 +208,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     row(&what, 0.0, 0.0, Estimate::exact(longest_s));
     for (name, runs) in [(BEST, best), (PAIR, paper)] {
         for (ratio, numerator, denominator) in Metrics::POOLED {
-            let column = |metric: &str| runs.iter().map(|run| run.value(metric)).collect::<Vec<_>>();
-            let pooled = pooled_root_ratio(&column(numerator), &column(denominator));
-            let nothing = Estimate::exact(f64::NAN);
-            let value = pooled.map_or(nothing, |pooled| {
-                let [low, high] = pooled.ci95.unwrap_or([f64::NAN; 2]);
-                Estimate { value: pooled.mean, low, high }
-            });
+            let value = Estimate::pooled(runs, numerator, denominator);
             row(&format!("`{ratio}` of `{name}`"), 0.97, 1.02, value);
         }
         for metric in ["anees", "nis"] {
@@ -229,12 +219,8 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
         ("standoff_surprise_m_settled", "no guidance that knows no more has a smaller true standoff error than (m)"),
         ("standoff_tracking_surprise_m_settled", "nor by its own view than (m)"),
     ] {
-        let limit = with_interval(&Estimate::mean(&measured(best, metric)), shown);
-        table.rows.push(vec![what.to_owned(), String::new(), String::new(), limit]);
+        let limit = Estimate::mean(&measured(best, metric)).told(shown);
+        table.add(what, [String::new(), String::new(), limit]);
     }
     Ok(table)
-}
-
-fn with_interval(estimate: &Estimate, tell: fn(f64) -> String) -> String {
-    format!("{} [{}, {}]", tell(estimate.value), tell(estimate.low), tell(estimate.high))
 }

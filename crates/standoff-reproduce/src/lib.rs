@@ -29,8 +29,15 @@ pub struct Piece {
     pub name: &'static str,
     /// What it is, in a sentence.
     pub about: &'static str,
+    /// What measures its studies.
+    studies: &'static [study::Measure],
+}
+
+impl Piece {
     /// Measures it. Fails if a scenario, or the traffic that the plan names, cannot be used.
-    pub measure: fn(&Plan) -> Result<Vec<Study>, Failure>,
+    pub fn measure(&self, plan: &Plan) -> Result<Vec<Study>, Failure> {
+        self.studies.iter().map(|measure| measure(plan)).collect()
+    }
 }
 
 /// All there is, in the order of the page.
@@ -38,38 +45,26 @@ pub const PIECES: [Piece; 9] = [
     Piece {
         name: "table-2",
         about: "Mean errors of one and of two UAVs, with and without the active measures",
-        measure: |plan| Ok(vec![table_2::table_2(plan)?]),
+        studies: &[table_2::table_2],
     },
     Piece {
         name: "figure-6",
         about: "Information of a pair by the target's bearing",
-        measure: |_| Ok(vec![separation::figure_6()?]),
+        studies: &[separation::figure_6],
     },
-    Piece {
-        name: "figure-7",
-        about: "Its mean, by sensor and separation",
-        measure: |_| Ok(vec![separation::figure_7()?]),
-    },
-    Piece { name: "figure-8", about: "Four targets, two UAVs", measure: |plan| Ok(vec![missions::figure_8(plan)?]) },
-    Piece {
-        name: "figure-9",
-        about: "Seven targets, four UAVs: a handoff, a discard",
-        measure: |plan| Ok(vec![missions::figure_9(plan)?]),
-    },
-    Piece {
-        name: "figure-10",
-        about: "Histories of that mission",
-        measure: |plan| Ok(vec![missions::figure_10(plan)?]),
-    },
+    Piece { name: "figure-7", about: "Its mean, by sensor and separation", studies: &[separation::figure_7] },
+    Piece { name: "figure-8", about: "Four targets, two UAVs", studies: &[missions::figure_8] },
+    Piece { name: "figure-9", about: "Seven targets, four UAVs: a handoff, a discard", studies: &[missions::figure_9] },
+    Piece { name: "figure-10", about: "Histories of that mission", studies: &[missions::figure_10] },
     Piece {
         name: "figure-11",
         about: "Its lines of sight, with and without measures and dwell",
-        measure: |plan| Ok(vec![missions::figure_11(plan)?]),
+        studies: &[missions::figure_11],
     },
-    Piece { name: "errata", about: "What is wrong in print", measure: errata::errata },
+    Piece { name: "errata", about: "What is wrong in print", studies: &errata::ERRATA },
     Piece {
         name: "improvements",
         about: "What this project's improvements gain, one at a time, and how close the best is to what is possible",
-        measure: |plan| Ok(vec![improvements::improvements(plan)?]),
+        studies: &[improvements::improvements],
     },
 ];

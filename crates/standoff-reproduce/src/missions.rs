@@ -10,11 +10,15 @@ pub(crate) use figure_9::figure_9;
 pub(crate) use figure_10::figure_10;
 pub(crate) use figure_11::figure_11;
 
-use standoff_sim::scenario::Scenario;
+use standoff_sim::record::Frame;
+use standoff_sim::scenario::{Scenario, Settings};
+use standoff_view::figures::study::Plot;
 use standoff_view::figures::{Figure, Setup, figures};
 
 use super::claim::{Claim, Finding};
 use super::flights::watch;
+use super::history::{History, bands};
+use super::observe::{separation_deg, standoff_error_m, time_s};
 use super::statistics::Estimate;
 use crate::failure::Failure;
 
@@ -30,10 +34,59 @@ const ORBIT_GROWS: &str = "when a target is requested or handed over, the centro
                            degree where once, by more where a target is handed over twice within a minute and a UAV \
                            flies over members on its way in (docs/limits.md)";
 
-/// A claim that the paper shows in one run.
-fn always(what: impl Into<String>, held: &[bool], reason: &'static str) -> Claim {
-    let finding = Finding::Always { ours: Estimate::share(held.iter().copied()) };
-    Claim { what: what.into(), unit: "runs", finding, runs: held.len(), reason }
+/// What is seen of the orbits of a run.
+#[derive(Default)]
+struct Orbits {
+    errors_m: History,
+    separations_deg: History,
+    settled_errors_m: Vec<f64>,
+    /// |separation - theta_d|, once settled.
+    settled_deg: Vec<f64>,
+}
+
+impl Orbits {
+    fn look(&mut self, frame: &Frame, settings: &Settings) {
+        let time_s = time_s(frame);
+        let errors: Vec<f64> = frame.uavs.iter().filter_map(|uav| standoff_error_m(frame, uav)).collect();
+        let angles: Vec<f64> = frame.groups.iter().filter_map(|group| separation_deg(frame, group)).collect();
+        if time_s >= settings.settle.s() {
+            self.settled_errors_m.extend(&errors);
+            self.settled_deg.extend(angles.iter().map(|angle| (angle - wanted_deg(settings)).abs()));
+        }
+        self.errors_m.push((time_s, errors));
+        self.separations_deg.push((time_s, angles));
+    }
+}
+
+/// theta_d, degrees.
+fn wanted_deg(settings: &Settings) -> f64 {
+    settings.team.guidance.separation_rad.to_degrees()
+}
+
+/// Half of a UAV's field of view, degrees.
+fn half_deg(settings: &Settings) -> f64 {
+    settings.team.track.sensor.half_view_rad().to_degrees()
+}
+
+/// The separations of all runs beside the one that is wanted.
+fn separations(axis: &str, runs: &[History], settings: &Settings) -> Plot {
+    Plot { shown: Vec::new(), levels: vec![(wanted_deg(settings), "wanted".to_owned())], ..bands(axis, runs) }
+}
+
+/// The claim that UAVs keep their separation, by the mean of every run in which there is one.
+fn apart(who: &str, settings: &Settings, runs: &[f64]) -> Claim {
+    Claim {
+        what: format!("the {who} keep {:.0} deg apart, once settled: mean error", wanted_deg(settings)),
+        unit: "deg",
+        finding: Finding::Number { paper: 0.0, tolerance: APART_DEG, ours: Estimate::mean(runs) },
+        runs: runs.len(),
+        reason: "",
+    }
+}
+
+/// One history of every run.
+fn histories<T>(runs: &[T], which: impl Fn(&T) -> &History) -> Vec<History> {
+    runs.iter().map(|run| which(run).clone()).collect()
 }
 
 /// The map of one run.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::claim::{Claim, RULES, Verdict};
 use super::flights::{Plan, file_name};
-use super::study::{Study, Table, save_figures, write};
+use super::study::{Study, save_figures, write};
 use crate::failure::Failure;
 
 /// Where the figures of the page are, from where the page is.
@@ -30,11 +30,8 @@ fn page(studies: &[Study], plan: &Plan) -> String {
         options(plan),
     );
     text += &summary(studies);
-    text +=
-        "\n## How a verdict is found\n\nBy rule, from the numbers of its row.\n\n| kind of claim | rule |\n|---|---|\n";
-    for (kind, rule) in RULES {
-        text += &format!("| {kind} | {rule} |\n");
-    }
+    text += "\n## How a verdict is found\n\nBy rule, from the numbers of its row.\n";
+    text += &markdown(&["kind of claim", "rule"], RULES.map(|(kind, rule)| vec![kind.to_owned(), rule.to_owned()]));
     text += "\nIn brackets: 95 % intervals, of a mean by Student's t, of a share of runs by Wilson's formula.\n\
              Run k has the first seed plus k - 1; variants of a scenario meet the same targets and the same noise, seed \
              by seed.\n\
@@ -63,14 +60,12 @@ fn section(study: &Study, plan: &Plan) -> String {
     let mut text = format!("\n## {}\n\n{}\n", study.title, study.about);
     if !study.claims.is_empty() {
         let heads = ["claim", "paper", "ours", "runs", "first seed", "command", "verdict", "why not"];
-        text += &head(&heads);
-        study.claims.iter().for_each(|claim| text += &row(&claim_row(claim, study.name, plan)));
+        text += &markdown(&heads, study.claims.iter().map(|claim| claim_row(claim, study.name, plan)));
     } else {
         text += &format!("\nFirst seed {}: `{}`.\n", plan.first_seed, command(Some(study.name), plan));
     }
     for table in &study.tables {
-        text += &format!("\n{}\n", table.title);
-        text += &markdown(table);
+        text += &format!("\n{}\n{}", table.title, markdown(&table.columns, table.rows.clone()));
     }
     for figure in &study.figures {
         text += &format!("\n![{}: {}]({PICTURES}/{}.svg)\n", study.title, figure.name, figure.name);
@@ -92,18 +87,14 @@ fn claim_row(claim: &Claim, study: &str, plan: &Plan) -> Vec<String> {
     ]
 }
 
-fn markdown(table: &Table) -> String {
-    let heads: Vec<&str> = table.columns.iter().map(String::as_str).collect();
-    head(&heads) + &table.rows.iter().map(|cells| row(cells)).collect::<String>()
-}
-
-fn head(heads: &[&str]) -> String {
-    format!("\n| {} |\n|{}\n", heads.join(" | "), "---|".repeat(heads.len()))
-}
-
-fn row(cells: &[String]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-    format!("| {} |\n", cells.join(" | "))
+/// A table; bars within its cells are marked.
+fn markdown(heads: &[impl ToString], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let row = |cells: Vec<String>| {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let head = row(heads.iter().map(ToString::to_string).collect());
+    format!("\n{head}|{}\n", "---|".repeat(heads.len())) + &rows.into_iter().map(row).collect::<String>()
 }
 
 /// The command that makes a study again, or all. Traffic is flown by one study alone.

@@ -4,11 +4,12 @@ use standoff::guidance::pair_information::{
     best_separation_rad, even_range_m, pair_information_1_m4, pair_information_at_1_m4,
 };
 use standoff::{Angle, Displacement, Position, SensorParams, TeamParams};
-use standoff_view::figures::study::{Line, Plot, study};
+use standoff_view::figures::study::{Line, Plot};
 
-use super::claim::{Claim, Finding, shown};
-use super::statistics::{Estimate, mean};
-use super::study::{Data, Study, Table};
+use super::claim::{Claim, shown};
+use super::flights::Plan;
+use super::statistics::mean;
+use super::study::{Data, Study, Table, line, plot};
 use crate::failure::Failure;
 
 /// The orbit of both figures, m.
@@ -31,7 +32,7 @@ const ROUNDING: f64 = 1e-9;
 const ABOUT_DEG: f64 = 10.0;
 
 /// Figure 6: eta against the target's bearing.
-pub(crate) fn figure_6() -> Result<Study, Failure> {
+pub(crate) fn figure_6(_: &Plan) -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-6",
         "Figure 6: information of a pair by the target's bearing",
@@ -42,53 +43,36 @@ pub(crate) fn figure_6() -> Result<Study, Failure> {
     let bearings_deg = || (0..=360).map(f64::from);
     let eta =
         |separation_deg: f64, target_m: f64, bearing_deg: f64| normalised(1.0, separation_deg, target_m, bearing_deg);
-    let plot = |separation_deg: f64| Plot {
-        axes: ["Bearing of the target (°)".to_owned(), format!("η, separation {separation_deg:.0}°")],
-        lines: (0..)
-            .zip(TARGETS_M)
-            .map(|(colour, target_m)| Line {
-                label: format!("target at {target_m:.0} m"),
-                colour,
-                dashed: false,
-                points: bearings_deg().map(|deg| (deg, eta(separation_deg, target_m, deg))).collect(),
-            })
-            .collect(),
-        ..Plot::default()
+    let by_bearing = |separation_deg: f64| {
+        let line = |target_m: f64| bearings_deg().map(move |deg| (deg, eta(separation_deg, target_m, deg)));
+        plot("Bearing of the target (°)", format!("η, separation {separation_deg:.0}°"), by_target(line))
     };
-    let plots = [0.0, 90.0, 180.0].map(plot);
+    let plots = [0.0, 90.0, 180.0].map(by_bearing);
     let heading = "Information of a pair against the target's bearing (figure 6)";
-    figure
-        .figures
-        .push(study("figure-6", heading, "sigma_scale = 1, orbit of 400 m", &plots).map_err(Failure::running)?);
+    figure.draw("figure-6", heading, "sigma_scale = 1, orbit of 400 m", &plots)?;
     let row = |deg: f64| {
         let cells = [0.0, 90.0, 180.0].into_iter().flat_map(|separation| TARGETS_M.map(|m| eta(separation, m, deg)));
         [deg].into_iter().chain(cells).collect()
     };
     let names =
         [0, 90, 180].into_iter().flat_map(|deg| TARGETS_M.map(|m| format!("eta_separation_{deg}_deg_target_{m}_m")));
-    let columns = ["bearing_deg".to_owned()].into_iter().chain(names).collect();
-    figure.data.push(Data { name: "figure-6", columns, rows: bearings_deg().map(row).collect() });
+    let columns = ["bearing_deg".to_owned()].into_iter().chain(names);
+    figure.data.push(Data::new("figure-6", columns, bearings_deg().map(row)));
 
     let furthest_m = TARGETS_M[3];
     let best = |sign: f64| best_of(0..=360, |deg| sign * eta(0.0, furthest_m, deg)).0;
     let worst = bearings_deg().map(|deg| (eta(0.0, furthest_m, deg) - eta(0.0, furthest_m, 360.0 - deg)).abs());
-    let claim = |what: &str, unit, paper, tolerance, ours| Claim {
-        what: what.to_owned(),
-        unit,
-        finding: Finding::Number { paper, tolerance, ours: Estimate::exact(ours) },
-        runs: 0,
-        reason: "",
-    };
+    let claim = |what: &str, unit, numbers, ours| Claim::computed(what, unit, numbers, ours, "");
     figure.claims = vec![
-        claim("both UAVs in one place, target at 180 m: eta is largest at the bearing", "deg", 0.0, 1.0, best(1.0)),
-        claim("and smallest at the bearing", "deg", 180.0, 1.0, best(-1.0)),
-        claim("it is symmetrical about 180 deg: largest difference", "", 0.0, 1e-3, worst.fold(0.0, f64::max)),
+        claim("both UAVs in one place, target at 180 m: eta is largest at the bearing", "deg", [0.0, 1.0], best(1.0)),
+        claim("and smallest at the bearing", "deg", [180.0, 1.0], best(-1.0)),
+        claim("it is symmetrical about 180 deg: largest difference", "", [0.0, 1e-3], worst.fold(0.0, f64::max)),
     ];
     Ok(figure)
 }
 
 /// Figure 7: its mean over the bearing, and where 90 degrees is not best.
-pub(crate) fn figure_7() -> Result<Study, Failure> {
+pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-7",
         "Figure 7: where 90 degrees is best",
@@ -97,26 +81,17 @@ pub(crate) fn figure_7() -> Result<Study, Failure> {
          is best while both UAVs are nearer than r* = sigma_r / sigma_theta or both further (191 m with Table I), 0 or \
          180 degrees with one on either side, and at r* separation does not matter.",
     );
-    let plot = |scale: f64| Plot {
-        axes: ["Separation (°)".to_owned(), format!("mean η, σ_scale {scale}")],
-        lines: (0..)
-            .zip(TARGETS_M)
-            .map(|(colour, target_m)| Line {
-                label: format!("target at {target_m:.0} m"),
-                colour,
-                dashed: false,
-                points: (0..=180).map(|deg| (f64::from(deg), averaged(scale, f64::from(deg), target_m))).collect(),
-            })
-            .collect(),
-        ..Plot::default()
+    let by_separation = |scale: f64| {
+        let line = |target_m: f64| (0..=180).map(f64::from).map(move |deg| (deg, averaged(scale, deg, target_m)));
+        plot("Separation (°)", format!("mean η, σ_scale {scale}"), by_target(line))
     };
-    let plots = SCALES.map(plot);
+    let plots = SCALES.map(by_separation);
     let heading = "Information of a pair, mean over the target's bearing (figure 7)";
-    figure.figures.push(study("figure-7", heading, "orbit of 400 m", &plots).map_err(Failure::running)?);
+    figure.draw("figure-7", heading, "orbit of 400 m", &plots)?;
 
     let mut table = Table::new(
         "Best separation by sensor and distance of the target from the centre:",
-        &["sigma_scale", "target (m)", "best separation (deg)", "eta there over eta at 90 deg"],
+        ["sigma_scale", "target (m)", "best separation (deg)", "eta there over eta at 90 deg"],
     );
     let mut rows = Vec::new();
     let mut best_at_edge = Vec::new();
@@ -138,7 +113,7 @@ pub(crate) fn figure_7() -> Result<Study, Failure> {
     let ranging = rows.iter().filter(|row| row[0] == 100.0).map(|row| away_deg(&row)).fold(0.0, f64::max);
     figure.data.push(Data::new(
         "figure-7",
-        &["sigma_scale", "target_m", "best_separation_deg", "eta_over_eta_at_90_deg"],
+        ["sigma_scale", "target_m", "best_separation_deg", "eta_over_eta_at_90_deg"],
         rows,
     ));
     let etas: Vec<f64> = (0..=180).map(|deg| averaged(1.0, f64::from(deg), 100.0)).collect();
@@ -149,49 +124,38 @@ pub(crate) fn figure_7() -> Result<Study, Failure> {
     let sensor = TeamParams::table_1().track.sensor;
     let alone = best_separation_rad([ORBIT_M; 2], &sensor).unwrap_or(f64::NAN).to_degrees();
 
-    let claim = |what: String, unit, paper, tolerance, ours, reason| Claim {
-        what,
-        unit,
-        finding: Finding::Number { paper, tolerance, ours: Estimate::exact(ours) },
-        runs: 0,
-        reason,
-    };
-    figure.claims.push(claim(
-        "one target, both UAVs equally far: the best separation".into(),
+    figure.claims.push(Claim::computed(
+        "one target, both UAVs equally far: the best separation",
         "deg",
-        90.0,
-        1.0,
+        [90.0, 1.0],
         alone,
         "",
     ));
     for ((scale, best_deg), reason) in SCALES.into_iter().zip(best_at_edge).zip(REASONS) {
-        figure.claims.push(claim(
+        figure.claims.push(Claim::computed(
             format!("\"the optimal angle still stays around 90°\": target at 180 m, sigma_scale {scale}"),
             "deg",
-            90.0,
-            ABOUT_DEG,
+            [90.0, ABOUT_DEG],
             best_deg,
             reason,
         ));
     }
-    figure.claims.push(claim(
-        "sigma_scale 100: the best separation stays about 90 deg at any distance; largest deviation".into(),
+    figure.claims.push(Claim::computed(
+        "sigma_scale 100: the best separation stays about 90 deg at any distance; largest deviation",
         "deg",
-        0.0,
-        ABOUT_DEG,
+        [0.0, ABOUT_DEG],
         ranging,
         "",
     ));
-    figure.claims.push(claim(
-        "sigma_scale 1: up to 100 m eta depends on the distance alone; most that separation changes it".into(),
+    figure.claims.push(Claim::computed(
+        "sigma_scale 1: up to 100 m eta depends on the distance alone; most that separation changes it",
         "%",
-        0.0,
-        5.0,
+        [0.0, 5.0],
         spread(&etas),
         "separation does change it, if little beside what distance does",
     ));
     figure.tables = vec![table, pairs(&sensor)];
-    figure.figures.push(two_ranges(&sensor)?);
+    two_ranges(&mut figure, &sensor)?;
     Ok(figure)
 }
 
@@ -204,8 +168,7 @@ fn pairs(sensor: &SensorParams) -> Table {
         even_range_m(sensor)
     );
     let names: Vec<String> = RANGES_M.iter().map(|range_m| format!("{range_m} m")).collect();
-    let heads: Vec<&str> = ["ranges"].into_iter().chain(names.iter().map(String::as_str)).collect();
-    let mut table = Table::new(title, &heads);
+    let mut table = Table::new(title, ["ranges"].into_iter().chain(names.iter().map(String::as_str)));
     for (name, first_m) in names.iter().zip(RANGES_M) {
         let cell = |second_m: f64| {
             let ranges_m = [first_m, second_m];
@@ -214,35 +177,29 @@ fn pairs(sensor: &SensorParams) -> Table {
             let other_rad = 90f64.to_radians() - best_rad;
             format!("{:.0}°, {:.2}", best_rad.to_degrees(), eta(best_rad) / eta(other_rad))
         };
-        table.rows.push([name.clone()].into_iter().chain(RANGES_M.map(cell)).collect());
+        table.add(name, RANGES_M.map(cell));
     }
     table
 }
 
 /// Whether 0 or 90 degrees tells more, against the range of the second UAV.
-fn two_ranges(sensor: &SensorParams) -> Result<standoff_view::figures::Figure, Failure> {
-    let even_m = even_range_m(sensor);
-    let line = |(colour, first_m): (usize, f64)| Line {
-        label: format!("first UAV at {first_m:.0} m"),
-        colour,
-        dashed: false,
-        points: (50..=600)
-            .step_by(5)
-            .map(|second_m| {
-                let ranges_m = [first_m, f64::from(second_m)];
-                let eta = |deg: f64| pair_information_1_m4(ranges_m, deg.to_radians(), sensor);
-                (ranges_m[1], eta(0.0) / eta(90.0))
-            })
-            .collect(),
-    };
-    let plot = Plot {
-        axes: ["Range of the second UAV (m)".to_owned(), "η at 0° over η at 90°".to_owned()],
-        lines: [100.0, even_m, 300.0, 400.0].into_iter().enumerate().map(line).collect(),
-        levels: vec![(1.0, "equal: above, 0° is best".to_owned())],
-        ..Plot::default()
-    };
+fn two_ranges(figure: &mut Study, sensor: &SensorParams) -> Result<(), Failure> {
+    let lines = (0..).zip([100.0, even_range_m(sensor), 300.0, 400.0]).map(|(colour, first_m)| {
+        let points = (50..=600).step_by(5).map(f64::from).map(|second_m| {
+            let eta = |deg: f64| pair_information_1_m4([first_m, second_m], deg.to_radians(), sensor);
+            (second_m, eta(0.0) / eta(90.0))
+        });
+        line(format!("first UAV at {first_m:.0} m"), colour, points)
+    });
+    let levels = vec![(1.0, "equal: above, 0° is best".to_owned())];
+    let plot = Plot { levels, ..plot("Range of the second UAV (m)", "η at 0° over η at 90°", lines) };
     let heading = "Where two UAVs in line tell more of a target than at a right angle (36)";
-    study("figure-7-ranges", heading, "Table I's sensor", &[plot]).map_err(Failure::running)
+    figure.draw("figure-7-ranges", heading, "Table I's sensor", &[plot])
+}
+
+/// A line for every distance of the target from the centre.
+fn by_target<Points: Iterator<Item = (f64, f64)>>(points: impl Fn(f64) -> Points) -> impl Iterator<Item = Line> {
+    (0..).zip(TARGETS_M).map(move |(colour, m)| line(format!("target at {m:.0} m"), colour, points(m)))
 }
 
 /// Table I's range noise, and the bearing noise that gives sigma_scale on the orbit.

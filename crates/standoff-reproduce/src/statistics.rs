@@ -1,7 +1,8 @@
 //! Numbers with intervals, from one value per run, in the order of the runs.
 
 use serde::Serialize;
-use standoff_sim::monte_carlo::{quantile, student_t_975};
+use standoff_sim::monte_carlo::{pooled_root_ratio, quantile, student_t_975};
+use standoff_sim::score::Metrics;
 
 /// Standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
@@ -55,6 +56,20 @@ impl Estimate {
     pub(crate) fn middle(values: &[f64]) -> Self {
         let [low, value, high] = quantiles(values);
         Self { value, low, high }
+    }
+
+    /// The root of the ratio of two metrics, all runs together; not a number where there is none.
+    pub(crate) fn pooled(runs: &[Metrics], numerator: &str, denominator: &str) -> Self {
+        let column = |metric: &str| runs.iter().map(|run| run.value(metric)).collect::<Vec<_>>();
+        let pooled = pooled_root_ratio(&column(numerator), &column(denominator));
+        let value = pooled.map_or(f64::NAN, |pooled| pooled.mean);
+        let [low, high] = pooled.and_then(|pooled| pooled.ci95).unwrap_or([f64::NAN; 2]);
+        Self { value, low, high }
+    }
+
+    /// The number, and its interval in brackets.
+    pub(crate) fn told(&self, number: fn(f64) -> String) -> String {
+        format!("{} [{}, {}]", number(self.value), number(self.low), number(self.high))
     }
 }
 

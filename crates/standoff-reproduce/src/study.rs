@@ -5,9 +5,15 @@ use std::path::Path;
 
 use standoff_sim::{disk, text};
 use standoff_view::figures::Figure;
+use standoff_view::figures::study::{Line, Plot, study};
 
 use super::claim::{Claim, FEW_RUNS, Verdict, shown};
+use super::flights::Plan;
+use super::statistics::Estimate;
 use crate::failure::Failure;
+
+/// What comes to a study. Fails if a scenario, or the traffic that the plan names, cannot be used.
+pub(crate) type Measure = fn(&Plan) -> Result<Study, Failure>;
 
 /// A piece of the paper, reproduced.
 pub struct Study {
@@ -45,6 +51,18 @@ impl Study {
         Self { name, title, about, claims: Vec::new(), tables: Vec::new(), figures: Vec::new(), data: Vec::new() }
     }
 
+    /// Draws a figure.
+    pub(crate) fn draw(
+        &mut self,
+        name: &'static str,
+        heading: &str,
+        caption: &str,
+        plots: &[Plot],
+    ) -> Result<(), Failure> {
+        self.figures.push(study(name, heading, caption, plots).map_err(Failure::running)?);
+        Ok(())
+    }
+
     /// Writes the figures and the data.
     fn save(&self, dir: &Path) -> Result<(), Failure> {
         save_figures(&self.figures, dir)?;
@@ -67,27 +85,40 @@ impl Study {
             text += &columns(&["claim", "paper", "ours", "verdict"], self.claims.iter().map(row).collect());
         }
         for table in &self.tables {
-            let heads: Vec<&str> = table.columns.iter().map(String::as_str).collect();
-            text += &format!("\n  {}\n{}", plain(&table.title), columns(&heads, table.rows.clone()));
+            text += &format!("\n  {}\n{}", plain(&table.title), columns(&table.columns, table.rows.clone()));
         }
         text
     }
 }
 
 impl Table {
-    pub(crate) fn new(title: impl Into<String>, columns: &[&str]) -> Self {
-        Self { title: title.into(), columns: columns.iter().map(|column| (*column).to_owned()).collect(), rows: vec![] }
+    pub(crate) fn new(title: impl Into<String>, columns: impl IntoIterator<Item: Into<String>>) -> Self {
+        Self { title: title.into(), columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+    }
+
+    /// Adds a row: its name, then texts.
+    pub(crate) fn add(&mut self, name: impl Into<String>, cells: impl IntoIterator<Item = String>) {
+        self.rows.push([name.into()].into_iter().chain(cells).collect());
     }
 
     /// Adds a row: its name, then numbers.
     pub(crate) fn row(&mut self, name: impl Into<String>, numbers: impl IntoIterator<Item = f64>) {
-        self.rows.push([name.into()].into_iter().chain(numbers.into_iter().map(shown)).collect());
+        self.add(name, numbers.into_iter().map(shown));
+    }
+
+    /// The same, with an interval after every number.
+    pub(crate) fn estimates(&mut self, name: &str, estimates: impl IntoIterator<Item = Estimate>) {
+        self.row(name, estimates.into_iter().flat_map(|e| [e.value, e.low, e.high]));
     }
 }
 
 impl Data {
-    pub(crate) fn new(name: &'static str, columns: &[&str], rows: Vec<Vec<f64>>) -> Self {
-        Self { name, columns: columns.iter().map(|column| (*column).to_owned()).collect(), rows }
+    pub(crate) fn new(
+        name: &'static str,
+        columns: impl IntoIterator<Item: Into<String>>,
+        rows: impl IntoIterator<Item = Vec<f64>>,
+    ) -> Self {
+        Self { name, columns: columns.into_iter().map(Into::into).collect(), rows: rows.into_iter().collect() }
     }
 
     /// Numbers in full; one that is missing is an empty field.
@@ -96,6 +127,21 @@ impl Data {
         let row = |row: &Vec<f64>| row.iter().map(field).collect::<Vec<_>>().join(",") + "\n";
         self.columns.join(",") + "\n" + &self.rows.iter().map(row).collect::<String>()
     }
+}
+
+/// Two axes of which nothing is drawn yet but lines.
+pub(crate) fn plot(across: &str, upward: impl Into<String>, lines: impl IntoIterator<Item = Line>) -> Plot {
+    Plot { axes: [across.to_owned(), upward.into()], lines: lines.into_iter().collect(), ..Plot::default() }
+}
+
+/// A line through points.
+pub(crate) fn line(label: impl Into<String>, colour: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Line {
+    Line { label: label.into(), colour, dashed: false, points: points.into_iter().collect() }
+}
+
+/// A line of a column of numbers over the first.
+pub(crate) fn line_of(label: impl Into<String>, colour: usize, rows: &[Vec<f64>], column: usize) -> Line {
+    line(label, colour, rows.iter().map(|row| (row[0], row[column])))
 }
 
 /// What all came to, in a few lines of at most 100 columns: how many claims of each study come out, how many in their
@@ -164,8 +210,8 @@ fn plain(text: &str) -> String {
 }
 
 /// Rows of a table under their heads, aligned.
-fn columns(heads: &[&str], mut rows: Vec<Vec<String>>) -> String {
-    rows.insert(0, heads.iter().map(|head| (*head).to_owned()).collect());
+fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>) -> String {
+    rows.insert(0, heads.iter().map(ToString::to_string).collect());
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..heads.len()).map(|column| width(column).unwrap_or_default()).collect();
     let line = |row: &Vec<String>| {
@@ -183,7 +229,7 @@ mod tests {
 
     #[test]
     fn data_keep_every_digit_and_leave_out_what_is_missing() {
-        let data = Data::new("made-up", &["a", "b"], vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
+        let data = Data::new("made-up", ["a", "b"], vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
         assert_eq!(data.csv(), "a,b\n0.30000000000000004,\n1,-2.5\n");
     }
 

@@ -1,6 +1,5 @@
 //! Table II: three columns, five rows, and the differences between the columns.
 
-use standoff_sim::monte_carlo::pooled_root_ratio;
 use standoff_sim::score::{Choice, Metrics};
 
 use super::claim::{Claim, Finding, Paper, shown};
@@ -147,7 +146,15 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
     }
     for (from, to, rows) in DIFFERENCES {
         for row in rows.iter().map(|&row| &ROWS[row]) {
-            found.claims.extend(difference(row, from, to, &columns));
+            let (Some(paper_from), Some(paper_to)) = (row.paper[from], row.paper[to]) else { continue };
+            let both = columns[from].iter().zip(&columns[to]);
+            found.claims.push(Claim::difference(
+                format!("{}: {} to {}", row.name, COLUMNS[from].0, COLUMNS[to].0),
+                row.unit,
+                Paper::Percent(100.0 * (paper_to / paper_from - 1.0)),
+                both.filter_map(|(from, to)| from.value(row.metric).zip(to.value(row.metric))),
+                row.difference,
+            ));
         }
     }
     found.tables.push(side_by_side("Mean errors with 95 % intervals, and ours over the paper's:", &columns));
@@ -162,27 +169,10 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
     Ok(found)
 }
 
-/// A difference between two columns, run by run.
-fn difference(row: &Row, from: usize, to: usize, columns: &[Vec<Metrics>]) -> Option<Claim> {
-    let (paper_from, paper_to) = (row.paper[from]?, row.paper[to]?);
-    let both = columns[from].iter().zip(&columns[to]);
-    let both = both.filter_map(|(from, to)| from.value(row.metric).zip(to.value(row.metric)));
-    let (before, after): (Vec<f64>, Vec<f64>) = both.unzip();
-    let change: Vec<f64> = before.iter().zip(&after).map(|(before, after)| after - before).collect();
-    let finding = Finding::Difference {
-        paper: Paper::Percent(100.0 * (paper_to / paper_from - 1.0)),
-        ours: Estimate::mean(&change),
-        percent: Estimate::percent(&before, &after),
-    };
-    let what = format!("{}: {} to {}", row.name, COLUMNS[from].0, COLUMNS[to].0);
-    Some(Claim { what, unit: row.unit, finding, runs: change.len(), reason: row.difference })
-}
-
 /// The paper's table and ours.
 fn side_by_side(title: &str, columns: &[Vec<Metrics>]) -> Table {
     let heads = COLUMNS.iter().flat_map(|(name, _)| [format!("{name}: paper"), "ours".to_owned(), "ratio".to_owned()]);
-    let columns_of_table = [String::new()].into_iter().chain(heads).collect();
-    let mut table = Table { title: title.to_owned(), columns: columns_of_table, rows: Vec::new() };
+    let mut table = Table::new(title, [String::new()].into_iter().chain(heads));
     let mut near = [(0, 0); COLUMNS.len()];
     for row in &ROWS {
         let cells = columns.iter().zip(row.paper).zip(&mut near).flat_map(|((runs, paper), (near, of))| {
@@ -193,11 +183,11 @@ fn side_by_side(title: &str, columns: &[Vec<Metrics>]) -> Table {
             *near += usize::from((ratio - 1.0).abs() <= NEAR);
             [format!("{paper:.4}"), interval(ours), format!("{ratio:.2}")]
         });
-        table.rows.push([format!("{} ({})", row.name, row.unit)].into_iter().chain(cells).collect());
+        table.add(format!("{} ({})", row.name, row.unit), cells);
     }
     let mut besides = |name: String, ours: &dyn Fn(usize) -> String| {
         let cells = (0..columns.len()).flat_map(|column| ["-".to_owned(), ours(column), "-".to_owned()]);
-        table.rows.push([name].into_iter().chain(cells).collect());
+        table.add(name, cells);
     };
     besides(format!("numbers within {:.0} % of the paper's", 100.0 * NEAR), &|column| {
         let (near, of) = near[column];
@@ -210,20 +200,14 @@ fn side_by_side(title: &str, columns: &[Vec<Metrics>]) -> Table {
         });
     }
     besides("position error over its Cramer-Rao bound, root of mean squares".to_owned(), &|column| {
-        let [squared, bound] = BOUND.map(|name| columns[column].iter().map(|run| run.value(name)).collect::<Vec<_>>());
-        let pooled = pooled_root_ratio(&squared, &bound);
-        let estimate = pooled.and_then(|pooled| Some((pooled.mean, pooled.ci95?)));
-        estimate.map_or_else(|| "-".to_owned(), |(value, [low, high])| interval(Estimate { value, low, high }))
+        interval(Estimate::pooled(&columns[column], BOUND[0], BOUND[1]))
     });
     table
 }
 
 /// A number with its interval; a dash for what could not be measured.
-fn interval(Estimate { value, low, high }: Estimate) -> String {
-    if value.is_nan() {
-        return "-".to_owned();
-    }
-    format!("{} [{}, {}]", shown(value), shown(low), shown(high))
+fn interval(estimate: Estimate) -> String {
+    if estimate.value.is_nan() { "-".to_owned() } else { estimate.told(shown) }
 }
 
 fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data {
@@ -234,11 +218,7 @@ fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data 
         let values = columns.iter().flat_map(|runs| metrics.clone().map(move |metric| runs[index].value(metric)));
         [seed as f64].into_iter().chain(values.map(|value| value.unwrap_or(f64::NAN))).collect()
     };
-    Data {
-        name,
-        columns: ["seed".to_owned()].into_iter().chain(heads).collect(),
-        rows: plan.seeds().enumerate().map(row).collect(),
-    }
+    Data::new(name, ["seed".to_owned()].into_iter().chain(heads), plan.seeds().enumerate().map(row))
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use standoff::coordination::assignment::{AvailableUav, Site, assign};
 use standoff::{Displacement, Duty, GroupId, Objective, Position, SensorParams, TeamParams, UavId, math};
 use standoff_sim::draws::{Draw, Draws, Stream};
 
-use crate::claim::{Claim, Finding};
+use crate::claim::Claim;
 use crate::failure::Failure;
 use crate::flights::Plan;
-use crate::statistics::{Estimate, mean, quantiles};
+use crate::statistics::{mean, quantiles};
 use crate::study::{Data, Study, Table};
 
 const UAVS: u32 = 4;
@@ -30,14 +30,10 @@ pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
     let seeds = plan.first_seed..plan.first_seed + WORLDS_PER_RUN * u64::from(plan.runs);
     let worlds: Vec<Outcome> = seeds.map(|seed| judge(&World::draw(seed))).collect();
     let differ: Vec<f64> = worlds.iter().filter(|world| world.differs).map(|world| world.loss).collect();
-    let (share, twice) = (
-        Estimate::share(worlds.iter().map(|world| !world.differs)),
-        Estimate::share(worlds.iter().map(|world| !world.twice)),
-    );
     let losses: Vec<f64> = worlds.iter().map(|world| world.loss).collect();
     let mut table = Table::new(
         format!("What the printed objective loses, in ln det per target, in {} worlds:", worlds.len()),
-        &["worlds", "mean", "median", "5 %", "95 %", "determinant, mean factor"],
+        ["worlds", "mean", "median", "5 %", "95 %", "determinant, mean factor"],
     );
     for (name, losses) in [("all", &losses), ("those in which the crews differ", &differ)] {
         let [low, middle, high] = quantiles(losses);
@@ -46,25 +42,22 @@ pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
     found.tables.push(table);
     let rows = worlds.iter().map(|world| vec![f64::from(world.differs), world.loss, f64::from(world.twice)]);
     let columns = ["crews_differ", "loss_ln_det_per_target", "printed_uses_a_uav_twice"];
-    found.data.push(Data::new("errata-assignment", &columns, rows.collect()));
+    found.data.push(Data::new("errata-assignment", columns, rows));
     found.claims = vec![
-        Claim {
-            what: "(32) gathers the most information about the targets: it picks the crews of the restated objective"
-                .into(),
-            unit: "worlds",
-            finding: Finding::Always { ours: share },
-            runs: worlds.len(),
-            reason: "information about different targets is added before the determinant is taken: looking at one group \
-                     from north and at the other from east scores as if each were seen from both sides",
-        },
-        Claim {
-            what: "(32) with (33) gives every UAV one group".into(),
-            unit: "worlds",
-            finding: Finding::Always { ours: twice },
-            runs: worlds.len(),
-            reason: "(33) bounds how often a combination of UAVs is used, not how often a UAV is: more UAVs always tell \
-                     more, so all serve one group, and all but one of them the other, too",
-        },
+        Claim::always(
+            "(32) gathers the most information about the targets: it picks the crews of the restated objective",
+            "worlds",
+            worlds.iter().map(|world| !world.differs),
+            "information about different targets is added before the determinant is taken: looking at one group from \
+             north and at the other from east scores as if each were seen from both sides",
+        ),
+        Claim::always(
+            "(32) with (33) gives every UAV one group",
+            "worlds",
+            worlds.iter().map(|world| !world.twice),
+            "(33) bounds how often a combination of UAVs is used, not how often a UAV is: more UAVs always tell more, so \
+             all serve one group, and all but one of them the other, too",
+        ),
     ];
     Ok(found)
 }

@@ -1,15 +1,15 @@
 //! The Euler step (4) at 0.5 s: the heading loop is on the edge of stability, and a target at rest is orbited too wide.
 
 use standoff::{Duration, Feedforward, Integrator, TeamParams, UavParams};
-use standoff_view::figures::study::{Line, Plot, study};
+use standoff_view::figures::study::Plot;
 
 use super::flight::{Flight, PERIOD_S};
-use crate::claim::{Claim, Finding};
+use crate::claim::Claim;
 use crate::failure::Failure;
-use crate::statistics::Estimate;
-use crate::study::{Data, Study, Table};
+use crate::flights::Plan;
+use crate::study::{Data, Study, Table, line_of, plot};
 
-pub(super) fn study_euler() -> Result<Study, Failure> {
+pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (4): Euler's step",
@@ -25,27 +25,16 @@ pub(super) fn study_euler() -> Result<Study, Failure> {
         .map(|n| 0.02 * f64::from(n))
         .map(|period_s| vec![period_s, modulus(Integrator::Euler, period_s), modulus(Integrator::Exact, period_s)])
         .collect();
-    let line = |(colour, label): (usize, &str)| Line {
-        label: label.to_owned(),
-        colour,
-        dashed: false,
-        points: rows.iter().map(|row| (row[0], row[colour + 1])).collect(),
-    };
-    let plot = Plot {
-        axes: ["Time step (s)".to_owned(), "Largest modulus".to_owned()],
-        lines: [(0, "Euler (4)"), (1, "exact step")].map(line).to_vec(),
-        levels: vec![(1.0, "below: stable".to_owned())],
-        ..Plot::default()
-    };
+    let lines = [line_of("Euler (4)", 0, &rows, 1), line_of("exact step", 1, &rows, 2)];
+    let levels = vec![(1.0, "below: stable".to_owned())];
+    let plot = Plot { levels, ..plot("Time step (s)", "Largest modulus", lines) };
     let heading = "Stability of the heading loop by the time step";
-    found
-        .figures
-        .push(study("errata-euler", heading, "k_omega = 2 1/s, tau_omega = 1/3 s", &[plot]).map_err(Failure::running)?);
-    found.data.push(Data::new("errata-euler", &["period_s", "modulus_euler", "modulus_exact"], rows));
+    found.draw("errata-euler", heading, "k_omega = 2 1/s, tau_omega = 1/3 s", &[plot])?;
+    found.data.push(Data::new("errata-euler", ["period_s", "modulus_euler", "modulus_exact"], rows));
 
     let mut table = Table::new(
         "Mean |r - r_d| about a target at rest (m), the last third of 600 s, exact feedforward:",
-        &["orbit (m)", "k_l 1: Euler", "exact step", "k_l 0.2: Euler", "exact step"],
+        ["orbit (m)", "k_l 1: Euler", "exact step", "k_l 0.2: Euler", "exact step"],
     );
     let flight = |radius_m, gain| Flight { radius_m, ..Flight::new(Feedforward::Exact, gain) };
     for radius_m in [250.0, 400.0, 600.0] {
@@ -56,33 +45,36 @@ pub(super) fn study_euler() -> Result<Study, Failure> {
     }
     found.tables.push(table);
 
-    let claim = |what: &str, unit, paper, tolerance, ours, reason| Claim {
-        what: what.to_owned(),
-        unit,
-        finding: Finding::Number { paper, tolerance, ours: Estimate::exact(ours) },
-        runs: 0,
-        reason,
-    };
     let standing = "a tangent step ends outside the circle that it starts on, at every step";
     found.claims = vec![
-        claim(
+        Claim::computed(
             "(4) at 0.5 s carries (1), whose heading loop damps: modulus that of the exact step",
             "",
-            modulus(Integrator::Exact, PERIOD_S),
-            0.1,
+            [modulus(Integrator::Exact, PERIOD_S), 0.1],
             modulus(Integrator::Euler, PERIOD_S),
             "at 0.5 s Euler's step neither damps nor lets grow: it needs k_omega T_s < 1",
         ),
-        claim(
+        Claim::computed(
             "the UAV converges to the orbit (Lemma 3.1): mean error about a target at rest, 400 m, k_l = 1, Euler",
             "m",
-            0.0,
-            0.5,
+            [0.0, 0.5],
             flight(400.0, 1.0).euler().mean_error_m(),
             standing,
         ),
-        claim("the same with k_l = 0.2", "m", 0.0, 0.5, flight(400.0, 0.2).euler().mean_error_m(), standing),
-        claim("the same with the exact step, k_l = 1", "m", 0.0, 0.5, flight(400.0, 1.0).mean_error_m(), ""),
+        Claim::computed(
+            "the same with k_l = 0.2",
+            "m",
+            [0.0, 0.5],
+            flight(400.0, 0.2).euler().mean_error_m(),
+            standing,
+        ),
+        Claim::computed(
+            "the same with the exact step, k_l = 1",
+            "m",
+            [0.0, 0.5],
+            flight(400.0, 1.0).mean_error_m(),
+            "",
+        ),
     ];
     Ok(found)
 }

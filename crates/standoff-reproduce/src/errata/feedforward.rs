@@ -3,13 +3,13 @@
 use standoff::guidance::heading::steer;
 use standoff::guidance::standoff_distance::Ramp;
 use standoff::{Displacement, Feedforward, Orbit, Position, TeamParams, UavState, VectorField, Velocity};
-use standoff_view::figures::study::{Line, Plot, study};
+use standoff_view::figures::study::{Line, Plot};
 
 use super::flight::Flight;
-use crate::claim::{Claim, Finding, shown};
+use crate::claim::{Claim, shown};
 use crate::failure::Failure;
-use crate::statistics::Estimate;
-use crate::study::{Data, Study, Table};
+use crate::flights::Plan;
+use crate::study::{Data, Study, Table, line_of, plot};
 
 /// The orbit on which the three forms are compared, m, and the speed.
 const ORBIT_M: f64 = 300.0;
@@ -22,7 +22,7 @@ const NOTHING_RAD_S: f64 = 1e-3;
 const FORMS: [(&str, Feedforward); 3] =
     [("printed", Feedforward::Printed), ("exact", Feedforward::Exact), ("flown", Feedforward::Flown)];
 
-pub(super) fn study_feedforward() -> Result<Study, Failure> {
+pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (25): the feedforward",
@@ -41,21 +41,13 @@ pub(super) fn study_feedforward() -> Result<Study, Failure> {
             ]
         })
         .collect();
-    let line = |(colour, label, dashed): (usize, &str, bool)| Line {
-        label: label.to_owned(),
-        colour,
-        dashed,
-        points: rows.iter().map(|row| (row[0], row[colour + 1])).collect(),
-    };
-    let plot = Plot {
-        axes: ["Distance from the centre (m)".to_owned(), "Feedforward (rad/s)".to_owned()],
-        lines: [(0, "numeric derivative", false), (1, "printed (25)", false), (2, "exact", true)].map(line).to_vec(),
-        levels: vec![(0.3, "largest turn rate".to_owned())],
-        ..Plot::default()
-    };
+    let exact = Line { dashed: true, ..line_of("exact", 2, &rows, 3) };
+    let lines = [line_of("numeric derivative", 0, &rows, 1), line_of("printed (25)", 1, &rows, 2), exact];
+    let levels = vec![(0.3, "largest turn rate".to_owned())];
+    let over_distance = Plot { levels, ..plot("Distance from the centre (m)", "Feedforward (rad/s)", lines) };
     let heading = "Turn rate of the vector field's heading, off the orbit";
     let caption = "orbit of 300 m about a centre at rest, 40 m/s";
-    found.figures.push(study("errata-feedforward", heading, caption, &[plot]).map_err(Failure::running)?);
+    found.draw("errata-feedforward", heading, caption, &[over_distance])?;
 
     let speeds_m_s = || (0..=20).map(f64::from);
     let errors = |gain: f64, speed_m_s: f64| {
@@ -64,28 +56,18 @@ pub(super) fn study_feedforward() -> Result<Study, Failure> {
     let moving: Vec<Vec<f64>> = speeds_m_s()
         .map(|speed| [speed].into_iter().chain(errors(1.0, speed)).chain(errors(0.2, speed)).collect())
         .collect();
-    let plot = |first: usize, gain: &str| Plot {
-        axes: ["Speed of the centre (m/s)".to_owned(), format!("Largest |r − r_d| (m), k_l = {gain}")],
-        lines: FORMS
-            .iter()
-            .enumerate()
-            .map(|(colour, (name, _))| Line {
-                label: (*name).to_owned(),
-                colour: colour + 1,
-                dashed: false,
-                points: moving.iter().map(|row| (row[0], row[first + colour])).collect(),
-            })
-            .collect(),
-        shown: vec![0.0],
-        ..Plot::default()
+    let over_speed = |first: usize, gain: &str| {
+        let lines = (0..).zip(FORMS).map(|(form, (name, _))| line_of(name, form + 1, &moving, first + form));
+        let upward = format!("Largest |r − r_d| (m), k_l = {gain}");
+        Plot { shown: vec![0.0], ..plot("Speed of the centre (m/s)", upward, lines) }
     };
     let heading = "Standing error of the orbit about a moving centre, by the feedforward";
     let caption = "orbit of 400 m, 40 m/s, no lead; the last third of 600 s";
-    let plots = [plot(1, "1"), plot(4, "0.2")];
-    found.figures.push(study("errata-feedforward-moving", heading, caption, &plots).map_err(Failure::running)?);
+    let plots = [over_speed(1, "1"), over_speed(4, "0.2")];
+    found.draw("errata-feedforward-moving", heading, caption, &plots)?;
     let mut table = Table::new(
         "Largest |r - r_d| about a centre that moves (m), orbit of 400 m:",
-        &["centre (m/s)", "k_l 1: printed", "exact", "flown", "k_l 0.2: printed", "exact", "flown"],
+        ["centre (m/s)", "k_l 1: printed", "exact", "flown", "k_l 0.2: printed", "exact", "flown"],
     );
     for row in moving.iter().filter(|row| [5.0, 10.0, 15.0].contains(&row[0])) {
         table.row(row[0].to_string(), row[1..].iter().copied());
@@ -100,40 +82,33 @@ pub(super) fn study_feedforward() -> Result<Study, Failure> {
             "Largest difference from the derivative, {} to {} m from the centre (rad/s):",
             JUDGED_M[0], JUDGED_M[1]
         ),
-        &["printed", "exact"],
+        ["printed", "exact"],
     );
     derivative.rows.push([2, 3].map(|column| shown(off(column))).to_vec());
-    let claim = |what: &str, unit, tolerance, ours, reason| Claim {
-        what: what.to_owned(),
-        unit,
-        finding: Finding::Number { paper: 0.0, tolerance, ours: Estimate::exact(ours) },
-        runs: 0,
-        reason,
-    };
     let at_15 = moving.iter().find(|row| row[0] == 15.0);
     let at_15 = |column: usize| at_15.map_or(f64::NAN, |row| row[column]);
     found.claims = vec![
-        claim(
+        Claim::computed(
             "(25) is obtained by differentiating (23): largest difference, 100 to 900 m from the centre of an orbit of 300 m",
             "rad/s",
-            NOTHING_RAD_S,
+            [0.0, NOTHING_RAD_S],
             off(2),
             "the derivative has r_d^3 where (25) prints r_d r^2; they agree on the orbit only",
         ),
-        claim(
+        Claim::computed(
             "(24) with (25) holds the orbit about a centre at 15 m/s: largest error, k_l = 1",
             "m",
-            2.0,
+            [0.0, 2.0],
             at_15(1),
             "(25) leaves out that the centre moves (28); so does the exact form",
         ),
     ];
     found.tables = vec![derivative, table];
     found.data = vec![
-        Data::new("errata-feedforward", &["r_m", "numeric_rad_s", "printed_rad_s", "exact_rad_s"], rows),
+        Data::new("errata-feedforward", ["r_m", "numeric_rad_s", "printed_rad_s", "exact_rad_s"], rows),
         Data::new(
             "errata-feedforward-moving",
-            &[
+            [
                 "centre_m_s",
                 "printed_gain_1_m",
                 "exact_gain_1_m",

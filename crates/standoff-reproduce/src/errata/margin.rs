@@ -42,26 +42,20 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
     let mut table = Table::new(
         "Mean squared distance of the centre's innovation with 95 % intervals (2 for a chi-square with two degrees of \
          freedom):",
-        &["weighted with", "mean", "low", "high"],
+        ["weighted with", "mean", "low", "high"],
     );
     for (name, values) in [("predicted covariance, (16)", &printed), ("covariance of the innovation", &full)] {
-        let mean = Estimate::mean(values);
-        table.row(name, [mean.value, mean.low, mean.high]);
+        table.estimates(name, [Estimate::mean(values)]);
     }
     found.tables.push(table);
     let mut table = Table::new(
         "After a change of members, `paper/figure-9`, the largest of each run:",
-        &["margin", "median margin (m)", "5 %", "95 %", "runs in which r_d reaches r_d,max (%)", "low", "high"],
+        ["margin", "median margin (m)", "5 %", "95 %", "runs in which r_d reaches r_d,max (%)", "low", "high"],
     );
     for (name, runs) in [("(16) as printed", &square), ("in metres", &metres)] {
-        let (middle, bound) = (Estimate::middle(&wanted(runs)), at_bound(runs));
-        table.row(name, [middle.value, middle.low, middle.high, bound.value, bound.low, bound.high]);
+        table.estimates(name, [Estimate::middle(&wanted(runs)), at_bound(runs)]);
     }
     found.tables.push(table);
-    let both: Vec<(f64, f64)> =
-        square.iter().zip(&metres).filter_map(|(square, metres)| metres.margin_m.zip(square.margin_m)).collect();
-    let (from, to): (Vec<f64>, Vec<f64>) = both.iter().map(|&(metres, square)| (metres, square)).unzip();
-    let paired: Vec<f64> = both.iter().map(|(metres, square)| square - metres).collect();
     found.claims = vec![
         Claim {
             what: "(16) is the Mahalanobis distance of the centre's innovation: its mean is that of a chi-square"
@@ -72,20 +66,15 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
             reason: "the weight leaves out the covariance of the measured centroid; and the centroid is already filtered, \
                      so its errors are not white",
         },
-        Claim {
-            what: "d_m is a margin for the error of the centre: at a change of members it is no larger than 1.645 standard \
-                   deviations of that error"
-                .into(),
-            unit: "m",
-            finding: Finding::Difference {
-                paper: Paper::Less,
-                ours: Estimate::mean(&paired),
-                percent: Estimate::percent(&from, &to),
-            },
-            runs: paired.len(),
-            reason: "a square of standard deviations, added to metres: the centroid jumps by tens of metres when a \
-                     target comes or goes",
-        },
+        Claim::difference(
+            "d_m is a margin for the error of the centre: at a change of members it is no larger than 1.645 standard \
+             deviations of that error",
+            "m",
+            Paper::Less,
+            metres.iter().zip(&square).filter_map(|(metres, square)| metres.margin_m.zip(square.margin_m)),
+            "a square of standard deviations, added to metres: the centroid jumps by tens of metres when a target comes \
+             or goes",
+        ),
     ];
     Ok(found)
 }

@@ -2,20 +2,20 @@
 
 use standoff::guidance::standoff_distance::{moving_centre_limit_m, turn_limit_m};
 use standoff::{Feedforward, TeamParams};
-use standoff_view::figures::study::{Line, Plot, study};
+use standoff_view::figures::study::Plot;
 
 use super::flight::Flight;
-use crate::claim::{Claim, Finding};
+use crate::claim::Claim;
 use crate::failure::Failure;
-use crate::statistics::Estimate;
-use crate::study::{Data, Study, Table};
+use crate::flights::Plan;
+use crate::study::{Data, Study, Table, line_of, plot};
 
 /// An orbit is held to within this share of its radius.
 const HELD: f64 = 0.05;
 /// Multiples of the limit that are flown.
 const MULTIPLES: [f64; 4] = [0.8, 0.9, 1.0, 1.2];
 
-pub(super) fn study_radius() -> Result<Study, Failure> {
+pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (27): the smallest orbit",
@@ -36,26 +36,16 @@ pub(super) fn study_radius() -> Result<Study, Failure> {
         let row = [centre_m_s, limit_m(centre_m_s), error_m(centre_m_s, printed_m)];
         rows.push(row.into_iter().chain(flown).collect::<Vec<f64>>());
     }
-    let line = |column: usize, label: String| Line {
-        label,
-        colour: column - 2,
-        dashed: false,
-        points: rows.iter().map(|row| (row[0], row[column])).collect(),
-    };
-    let mut lines = vec![line(2, format!("at (27), {printed_m:.0} m"))];
-    lines.extend((3..).zip(MULTIPLES).map(|(column, multiple)| line(column, format!("at {multiple} of the limit"))));
-    let plot = Plot {
-        axes: ["Speed of the centre (m/s)".to_owned(), "Largest |r − r_d| (m)".to_owned()],
-        lines,
-        shown: vec![0.0],
-        ..Plot::default()
-    };
+    let labels = MULTIPLES.map(|multiple| format!("at {multiple} of the limit"));
+    let labels = [format!("at (27), {printed_m:.0} m")].into_iter().chain(labels);
+    let lines = (0..).zip(labels).map(|(colour, label)| line_of(label, colour, &rows, colour + 2));
+    let plot = Plot { shown: vec![0.0], ..plot("Speed of the centre (m/s)", "Largest |r − r_d| (m)", lines) };
     let heading = "Largest error of the orbit by its radius, about a moving centre";
     let caption = "limit (v + v_t)² / (v ω_max); the last third of 600 s";
-    found.figures.push(study("errata-radius", heading, caption, &[plot]).map_err(Failure::running)?);
+    found.draw("errata-radius", heading, caption, &[plot])?;
     let mut table = Table::new(
         "Largest |r - r_d| (m), by the radius flown:",
-        &["centre (m/s)", "limit (m)", "at (27)", "at 0.8 of the limit", "at 0.9", "at the limit", "at 1.2 of it"],
+        ["centre (m/s)", "limit (m)", "at (27)", "at 0.8 of the limit", "at 0.9", "at the limit", "at 1.2 of it"],
     );
     for row in rows.iter().filter(|row| [0.0, 5.0, 10.0, 15.0, 20.0].contains(&row[0])) {
         table.row(row[0].to_string(), row[1..].iter().copied());
@@ -70,17 +60,13 @@ pub(super) fn study_radius() -> Result<Study, Failure> {
         "error_at_1_m",
         "error_at_1.2_m",
     ];
-    found.data.push(Data::new("errata-radius", &names, rows));
-    found.claims.push(Claim {
-        what: format!("(27) suffices: largest error of an orbit of {printed_m:.0} m about a centre at 15 m/s"),
-        unit: "m",
-        finding: Finding::Number {
-            paper: 0.0,
-            tolerance: HELD * printed_m,
-            ours: Estimate::exact(error_m(15.0, printed_m)),
-        },
-        runs: 0,
-        reason: "the centre's motion is left out: where the UAV flies against it, it would have to turn faster than it can",
-    });
+    found.data.push(Data::new("errata-radius", names, rows));
+    found.claims.push(Claim::computed(
+        format!("(27) suffices: largest error of an orbit of {printed_m:.0} m about a centre at 15 m/s"),
+        "m",
+        [0.0, HELD * printed_m],
+        error_m(15.0, printed_m),
+        "the centre's motion is left out: where the UAV flies against it, it would have to turn faster than it can",
+    ));
     Ok(found)
 }

@@ -1,10 +1,10 @@
 //! Figure 11: the line of sight to the furthest target, with and without the active measures and the dwell.
 
 use standoff_sim::scenario::Scenario;
-use standoff_view::figures::study::study;
+use standoff_view::figures::study::Plot;
 
-use super::{BASIC, MISSION, ORBIT_GROWS, always};
-use crate::claim::{Claim, Finding, Paper};
+use super::{BASIC, MISSION, ORBIT_GROWS, half_deg, histories};
+use crate::claim::{Claim, Paper};
 use crate::failure::Failure;
 use crate::flights::{IN_METRES, Plan, watch};
 use crate::history::{History, bands, data};
@@ -40,41 +40,40 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
             IN_METRES[0], IN_METRES[1]
         ),
     );
-    let half_deg = plan.first(MISSION, &[])?.settings.team.track.sensor.half_view_rad().to_degrees();
+    let half_deg = half_deg(&plan.first(MISSION, &[])?.settings);
     let fly = |scenario: &str, set: &[&str]| plan.each(scenario, set, |scenario| look(scenario, half_deg));
     let (basic, active, metres) = (fly(BASIC, &[])?, fly(MISSION, &[])?, fly(MISSION, &IN_METRES)?);
     let share = |run: &Seen| 100.0 * mean(&run.beyond);
-    let (from, to): (Vec<f64>, Vec<f64>) = basic.iter().zip(&active).map(|(a, b)| (share(a), share(b))).unzip();
-    let difference: Vec<f64> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
-    let held = |runs: &[Seen], which: &dyn Fn(&Seen) -> bool| runs.iter().map(which).collect::<Vec<bool>>();
-    let after: Vec<bool> = basic.iter().filter_map(|run| run.beyond_after_handoff).collect();
     found.claims = vec![
-        always(
+        Claim::always(
             format!("11a: without measures and dwell the angle passes {half_deg:.0} deg"),
-            &held(&basic, &|run| run.most_deg > half_deg),
+            "runs",
+            basic.iter().map(|run| run.most_deg > half_deg),
             "",
         ),
-        always(format!("11a: it passes the limit within {AFTER_S} s of a handoff"), &after, ""),
-        always(
+        Claim::always(
+            format!("11a: it passes the limit within {AFTER_S} s of a handoff"),
+            "runs",
+            basic.iter().filter_map(|run| run.beyond_after_handoff),
+            "",
+        ),
+        Claim::always(
             format!("11b: with them it never passes {half_deg:.0} deg"),
-            &held(&active, &|run| run.most_deg <= half_deg),
+            "runs",
+            active.iter().map(|run| run.most_deg <= half_deg),
             ORBIT_GROWS,
         ),
-        Claim {
-            what: "share of the time in which some angle is beyond the limit: 11a to 11b".into(),
-            unit: "% of the time",
-            finding: Finding::Difference {
-                paper: Paper::Less,
-                ours: Estimate::mean(&difference),
-                percent: Estimate::percent(&from, &to),
-            },
-            runs: difference.len(),
-            reason: ORBIT_GROWS,
-        },
+        Claim::difference(
+            "share of the time in which some angle is beyond the limit: 11a to 11b",
+            "% of the time",
+            Paper::Less,
+            basic.iter().zip(&active).map(|(basic, active)| (share(basic), share(active))),
+            ORBIT_GROWS,
+        ),
     ];
     let mut table = Table::new(
         "With 95 % intervals:",
-        &[
+        [
             "",
             "runs that never pass the limit (%)",
             "low",
@@ -95,7 +94,7 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
         let never = Estimate::share(runs.iter().map(|run| run.most_deg <= half_deg));
         let time = Estimate::mean(&runs.iter().map(share).collect::<Vec<f64>>());
         let most = Estimate::middle(&runs.iter().map(|run| run.most_deg).collect::<Vec<f64>>());
-        table.row(name, [never, time, most].into_iter().flat_map(|e| [e.value, e.low, e.high]));
+        table.estimates(name, [never, time, most]);
     }
     found.tables.push(table);
     let row = |(index, seed): (usize, u64)| {
@@ -111,20 +110,18 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
         "active_in_metres_largest_deg",
         "active_in_metres_beyond_percent",
     ];
-    found.data.push(Data::new("figure-11-runs", &columns, plan.seeds().enumerate().map(row).collect()));
-    let histories = |runs: Vec<Seen>| runs.into_iter().map(|run| run.widest_deg).collect::<Vec<History>>();
-    let (basic, active, metres) = (histories(basic), histories(active), histories(metres));
-    let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| {
-        let mut plot = bands(&format!("Largest angle (°), {name}"), &[("", runs)]);
-        plot.levels.push((half_deg, "edge of view".to_owned()));
-        plot
+    found.data.push(Data::new("figure-11-runs", columns, plan.seeds().enumerate().map(row)));
+    let [basic, active, metres] = [basic, active, metres].map(|runs| histories(&runs, |run| &run.widest_deg));
+    let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| Plot {
+        levels: vec![(half_deg, "edge of view".to_owned())],
+        ..bands(&format!("Largest angle (°), {name}"), runs)
     });
     let heading = "Line of sight to the furthest target of a group, over many runs (figure 11)";
     let caption = format!("the largest of four UAVs; {} runs", plan.runs);
-    found.figures.push(study("figure-11", heading, &caption, &plots).map_err(Failure::running)?);
-    found
-        .data
-        .push(data("figure-11", &[("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)]));
+    found.draw("figure-11", heading, &caption, &plots)?;
+    let kinds: [(&str, &[History]); 3] =
+        [("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)];
+    found.data.push(data("figure-11", &kinds));
     Ok(found)
 }
 

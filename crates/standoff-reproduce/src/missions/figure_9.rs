@@ -3,7 +3,7 @@
 use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{Choice, Rules, Scorer};
 
-use super::{MISSION, ORBIT_GROWS, always, map};
+use super::{MISSION, ORBIT_GROWS, map};
 use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
 use crate::flights::{Plan, watch};
@@ -38,11 +38,12 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
         ),
     );
     let runs = plan.each(MISSION, &[], look)?;
-    let held = |which: fn(&Seen) -> bool| runs.iter().map(which).collect::<Vec<bool>>();
+    let always =
+        |what: &str, held: fn(&Seen) -> bool, reason| Claim::always(what, "runs", runs.iter().map(held), reason);
     let times = |which: fn(&Seen) -> Option<f64>| runs.iter().filter_map(which).collect::<Vec<f64>>();
     let requested = times(|run| run.requested_s);
     found.claims = vec![
-        always("the targets are clustered into two groups", &held(|run| run.groups_at_start == 2), ""),
+        always("the targets are clustered into two groups", |run| run.groups_at_start == 2, ""),
         Claim {
             what: "the handoff of the manoeuvring target is triggered".into(),
             unit: "s",
@@ -50,16 +51,12 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
             runs: requested.len(),
             reason: "",
         },
-        always(
-            "it is completed: the target becomes a member of the other group",
-            &held(|run| run.completed_s.is_some()),
-            "",
-        ),
-        always("as the targets disperse, one is discarded from its group", &held(|run| run.discards > 0.0), ""),
-        always("every target of a group is in some UAV's view at all times", &held(|run| run.all_in_view), ORBIT_GROWS),
+        always("it is completed: the target becomes a member of the other group", |run| run.completed_s.is_some(), ""),
+        always("as the targets disperse, one is discarded from its group", |run| run.discards > 0.0, ""),
+        always("every target of a group is in some UAV's view at all times", |run| run.all_in_view, ORBIT_GROWS),
     ];
     let mut table =
-        Table::new("Events, over the runs in which they happen:", &["", "runs (%)", "median", "5 %", "95 %"]);
+        Table::new("Events, over the runs in which they happen:", ["", "runs (%)", "median", "5 %", "95 %"]);
     let mut add = |name: &str, values: Vec<f64>| {
         let (share, middle) = (100.0 * values.len() as f64 / runs.len() as f64, Estimate::middle(&values));
         table.row(name, [share, middle.value, middle.low, middle.high]);
@@ -83,7 +80,7 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
         ]
     };
     let columns = ["seed", "requested_s", "completed_s", "discarded_s", "handoffs", "discards", "all_in_view"];
-    found.data.push(Data::new("figure-9", &columns, plan.seeds().zip(&runs).map(row).collect()));
+    found.data.push(Data::new("figure-9", columns, plan.seeds().zip(&runs).map(row)));
     found.figures.push(map("figure-9", &plan.first(MISSION, &[])?)?);
     Ok(found)
 }
