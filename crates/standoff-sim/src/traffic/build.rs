@@ -13,27 +13,14 @@ use super::{Options, Origin, Traffic, Unit};
 use crate::text::quoted;
 
 /// The samples read so far, in the file's own coordinates.
+#[derive(Default)]
 pub(super) struct Builder {
     vehicles: BTreeMap<String, Vec<Sample>>,
     /// The names by what is left of them where blanks do not count.
     names: BTreeMap<String, String>,
     first: Option<Sample>,
-    /// How many more samples may come.
-    room: usize,
-    /// How many more vehicles may come.
-    vehicle_room: usize,
-}
-
-impl Default for Builder {
-    fn default() -> Self {
-        Self {
-            vehicles: BTreeMap::new(),
-            names: BTreeMap::new(),
-            first: None,
-            room: MAX_SAMPLES,
-            vehicle_room: MAX_VEHICLES,
-        }
-    }
+    /// How many.
+    samples: usize,
 }
 
 impl Builder {
@@ -66,16 +53,15 @@ impl Builder {
 
     /// Adds a sample.
     pub(super) fn add(&mut self, name: &str, sample: Sample) -> Result<(), String> {
-        if self.room == 0 {
+        if self.samples == MAX_SAMPLES {
             return Err(format!("one sample too many; at most {MAX_SAMPLES} in a file; cut the file into parts"));
         }
-        self.room -= 1;
+        self.samples += 1;
         self.first.get_or_insert(sample);
         let Some(samples) = self.vehicles.get_mut(name) else {
-            if self.vehicle_room == 0 {
+            if self.vehicles.len() == MAX_VEHICLES {
                 return Err(format!("one vehicle too many; at most {MAX_VEHICLES} in a file; cut the file into parts"));
             }
-            self.vehicle_room -= 1;
             self.vehicles.insert(name.to_string(), vec![sample]);
             return Ok(());
         };
@@ -258,11 +244,12 @@ mod tests {
     #[test]
     fn there_is_room_for_so_many_samples_and_vehicles() {
         let at = |time_us| sample(time_us, 0.0, 0.0);
-        let mut builder = Builder { room: 2, ..Builder::default() };
+        let mut builder = Builder { samples: MAX_SAMPLES - 2, ..Builder::default() };
         assert!(builder.add("a", at(0)).is_ok() && builder.add("b", at(0)).is_ok());
         assert!(builder.add("b", at(1)).unwrap_err().contains("one sample too many; at most 5000000"));
-        let mut builder = Builder { vehicle_room: 1, ..Builder::default() };
-        assert!(builder.add("a", at(0)).is_ok() && builder.add("a", at(1)).is_ok());
+        let mut builder = Builder::default();
+        assert!((0..MAX_VEHICLES).all(|name| builder.add(&name.to_string(), at(0)).is_ok()));
+        assert!(builder.add("0", at(1)).is_ok());
         assert!(builder.add("b", at(1)).unwrap_err().contains("one vehicle too many; at most 100000"));
     }
 

@@ -35,7 +35,7 @@ const MAX_OTHERS: usize = 1_000;
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
     let mut reader = Reader::from_reader(lines);
-    let mut file = Fcd::new(options.coordinates);
+    let mut file = Fcd { coordinates: options.coordinates, ..Fcd::default() };
     let mut buffer = Vec::new();
     loop {
         buffer.clear();
@@ -59,10 +59,8 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             Event::End(_) => file.depth -= 1,
             Event::Comment(comment) if !file.in_root => file.header(&comment),
             Event::Eof if file.depth > 0 => {
-                return Err(Fault::at(
-                    start,
-                    "the file ends inside an element; it is cut off: copy or make it again".into(),
-                ));
+                let message = "the file ends inside an element; it is cut off: copy or make it again";
+                return Err(Fault::at(start, message.into()));
             }
             Event::Eof => return file.finish(options),
             _ => {}
@@ -80,6 +78,7 @@ fn out_of_place(element: &str, start: Position) -> Fault {
 }
 
 /// What is known of the file so far.
+#[derive(Default)]
 struct Fcd {
     builder: Builder,
     /// Elements open.
@@ -98,19 +97,6 @@ struct Fcd {
 }
 
 impl Fcd {
-    fn new(coordinates: Coordinates) -> Self {
-        Self {
-            builder: Builder::default(),
-            depth: 0,
-            in_root: false,
-            last_us: None,
-            step_us: None,
-            coordinates,
-            is_of_sumo: false,
-            others: BTreeSet::new(),
-        }
-    }
-
     fn header(&mut self, comment: &str) {
         self.is_of_sumo |= comment.contains(OPTION);
         if self.coordinates == Coordinates::Auto && comment.contains(GEO_OPTION) {

@@ -39,26 +39,7 @@ impl Numbers {
 /// How the times of a table are written: the first row tells.
 pub(super) struct Clock {
     in_milliseconds: bool,
-    form: Option<Form>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Form {
-    Number,
-    /// Date and time with an offset from UTC.
-    Zoned,
-    /// Date and time of whatever zone.
-    Local,
-}
-
-impl Form {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Number => "number",
-            Self::Zoned => "date-time with an offset",
-            Self::Local => "date-time without an offset",
-        }
-    }
+    form: Option<&'static str>,
 }
 
 impl Clock {
@@ -76,22 +57,19 @@ impl Clock {
             Some(_) => {
                 return Err(format!("{key} = {} is out of range; the years 1685 to 2255; correct it", quoted(text)));
             }
-            None => (Form::Number, (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
+            None => ("number", (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
         };
         match self.form.replace(form) {
-            Some(before) if before != form => Err(format!(
-                "{key} = {} is a {}, the time before it a {}; write all alike",
-                quoted(text),
-                form.name(),
-                before.name()
-            )),
+            Some(before) if before != form => {
+                Err(format!("{key} = {} is a {form}, the time before it a {before}; write all alike", quoted(text)))
+            }
             _ => Ok(time_us),
         }
     }
 }
 
 /// A date and time by ISO 8601, with a T or a blank between them; since 1970, microseconds.
-fn date_time(text: &str) -> Option<(Form, i64)> {
+fn date_time(text: &str) -> Option<(&'static str, i64)> {
     // Most files have numbers.
     if !text.contains(':') {
         return None;
@@ -109,8 +87,8 @@ fn date_time(text: &str) -> Option<(Form, i64)> {
             .find_map(|format| DateTime::parse_from_str(&text, format).ok())
     };
     match text.parse::<DateTime<FixedOffset>>().ok().or_else(zoned) {
-        Some(time) => Some((Form::Zoned, time.timestamp_micros())),
-        None => Some((Form::Local, local()?.and_utc().timestamp_micros())),
+        Some(time) => Some(("date-time with an offset", time.timestamp_micros())),
+        None => Some(("date-time without an offset", local()?.and_utc().timestamp_micros())),
     }
 }
 

@@ -5,39 +5,23 @@
 
 /// What is wrong with the quotes of a row; places are bytes from its begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wrong {
-    /// One opens and is not closed.
-    Open {
-        /// Where.
-        open: usize,
-    },
-    /// One is closed, and the field goes on.
-    Amid {
-        /// Where it opens.
-        open: usize,
-        /// Where it is closed.
-        close: usize,
-    },
+pub(super) struct Wrong {
+    /// Where one opens.
+    pub(super) open: usize,
+    /// Where it is closed, and the field goes on; none if it is not closed.
+    pub(super) close: Option<usize>,
 }
 
+#[derive(Clone, Copy)]
 enum Within {
     /// At the begin of a field.
     Begin,
     /// A field without quotes: a quote in it is a sign like any other.
     Bare,
-    Quotes {
-        open: usize,
-    },
-    /// Behind a quote that closes, or is the first half of one that is meant.
-    Closed {
-        open: usize,
-        close: usize,
-    },
-    /// Blanks behind a field in quotes.
-    Behind {
-        open: usize,
-        close: usize,
-    },
+    /// Where the quote is that opened.
+    Quotes(usize),
+    /// Behind a quote that closes, and blanks; or behind the first half of a quote that is meant.
+    Closed { open: usize, close: usize },
 }
 
 /// What separates the fields of a table: semicolons if its header has more of them than commas, outside of quotes.
@@ -60,25 +44,21 @@ pub(super) fn fields(row: &[u8], separator: u8) -> (Vec<usize>, Option<Wrong>) {
     let mut within = Within::Begin;
     for (at, &byte) in row.iter().enumerate() {
         within = match (within, byte) {
-            (Within::Quotes { open }, b'"') => Within::Closed { open, close: at },
-            (Within::Quotes { open }, _) => Within::Quotes { open },
-            (Within::Closed { open, .. }, b'"') => Within::Quotes { open },
-            (Within::Begin, b'"') => Within::Quotes { open: at },
+            (Within::Quotes(open), b'"') => Within::Closed { open, close: at },
+            (Within::Quotes(_), _) => within,
+            (Within::Closed { open, close }, b'"') if at == close + 1 => Within::Quotes(open),
+            (Within::Begin, b'"') => Within::Quotes(at),
             (_, byte) if byte == separator => {
                 begins.push(at + 1);
                 Within::Begin
             }
             (_, b'\n') => Within::Begin,
-            (Within::Closed { open, close } | Within::Behind { open, close }, b' ' | b'\t') => {
-                Within::Behind { open, close }
-            }
-            (Within::Closed { open, close } | Within::Behind { open, close }, _) => {
-                return (begins, Some(Wrong::Amid { open, close }));
-            }
+            (Within::Closed { .. }, b' ' | b'\t') => within,
+            (Within::Closed { open, close }, _) => return (begins, Some(Wrong { open, close: Some(close) })),
             (Within::Begin | Within::Bare, _) => Within::Bare,
         };
     }
-    let wrong = if let Within::Quotes { open } = within { Some(Wrong::Open { open }) } else { None };
+    let wrong = if let Within::Quotes(open) = within { Some(Wrong { open, close: None }) } else { None };
     (begins, wrong)
 }
 
@@ -117,11 +97,12 @@ mod tests {
     #[test]
     fn quotes_come_in_pairs_around_a_field() {
         for (row, wrong) in [
-            ("1,\"v,3", Wrong::Open { open: 2 }),
-            ("\"a\",\"b\"\"\n\n", Wrong::Open { open: 4 }),
-            ("\"", Wrong::Open { open: 0 }),
-            ("1,\"v,3\n2,\"v\",3\n", Wrong::Amid { open: 2, close: 9 }),
-            ("\"a\" \"b\"", Wrong::Amid { open: 0, close: 2 }),
+            ("1,\"v,3", Wrong { open: 2, close: None }),
+            ("\"a\",\"b\"\"\n\n", Wrong { open: 4, close: None }),
+            ("\"", Wrong { open: 0, close: None }),
+            ("1,\"v,3\n2,\"v\",3\n", Wrong { open: 2, close: Some(9) }),
+            ("\"a\" \"b\"", Wrong { open: 0, close: Some(2) }),
+            ("\"a\" \"\"", Wrong { open: 0, close: Some(2) }),
         ] {
             assert_eq!(fields(row.as_bytes(), b',').1, Some(wrong), "{row:?}");
         }

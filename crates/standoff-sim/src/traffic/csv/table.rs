@@ -53,11 +53,9 @@ impl<R: Read> Table<R> {
     fn check_quotes(&self) -> Result<(), Fault> {
         let RowText { start, text, separator, .. } = self.reader.get_ref();
         let place = |at: usize| start.after(&text[..at]);
-        let (open, what) = match quotes::fields(text, *separator).1 {
-            None => return Ok(()),
-            Some(Wrong::Open { open }) => (open, "is not closed".to_string()),
-            Some(Wrong::Amid { open, close }) => (open, format!("is closed at {}, amid a field", place(close))),
-        };
+        let Some(Wrong { open, close }) = quotes::fields(text, *separator).1 else { return Ok(()) };
+        let closed = close.map(|close| format!("is closed at {}, amid a field", place(close)));
+        let what = closed.unwrap_or_else(|| "is not closed".to_string());
         let advice = "quotes stand around a whole field; close it before the separator, remove it, or write it twice within quotes";
         Err(Fault::at(place(open), format!("a quote opens here and {what}; {advice}")))
     }
