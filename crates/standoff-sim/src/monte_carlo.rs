@@ -40,6 +40,7 @@ pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_
 use crate::run::fly_while;
 use crate::scenario::{Scenario, Template};
 use crate::score::{Choice, Metrics};
+use crate::text;
 use journal::Journal;
 use pool::{Halt, work_through};
 
@@ -197,5 +198,8 @@ fn check_build(
     if bits(&again) == bits(&kept) {
         return Ok(());
     }
-    Err(MonteCarloError::OtherBuild { dir: journal.dir().to_owned(), seed })
+    let what = "comes out otherwise: the runs there are another build's";
+    let advice = "complete them with that build, or name another folder";
+    let dir = text::path(journal.dir());
+    Err(MonteCarloError::Folder(format!("{dir}: seed {seed}, flown again, {what}; {advice}")))
 }

@@ -12,7 +12,7 @@ use super::shard::Shard;
 use crate::record::manifest::{MAX_NAME, MAX_VERSION, check_length};
 use crate::scenario::Template;
 use crate::score::{Choice, Metrics};
-use crate::text::{quoted, words};
+use crate::text::{path, quoted, words};
 
 /// What a run came to: a value per metric of its batch, `None` where there was nothing to measure.
 pub(super) type Values = Vec<Option<f64>>;
@@ -90,24 +90,21 @@ impl Batch {
         check_runs(self.seed, self.runs, self.shard)?;
         let lengths = check_length("scenario", &self.scenario, MAX_NAME)
             .and_then(|()| check_length("version", &self.version, MAX_VERSION));
-        lengths.map_err(MonteCarloError::Name)?;
+        lengths.map_err(MonteCarloError::Batch)?;
         // Another version may have metrics that this one does not know.
         let is_name = |name: &String| {
             let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             (1..=100).contains(&name.len()) && name.chars().all(known)
         };
         if self.metrics.len() > MAX_METRICS {
-            let what = format!("there are {}; at most {MAX_METRICS}", self.metrics.len());
-            return Err(MonteCarloError::Metrics(what));
+            return Err(wrong_metrics(format!("there are {}; at most {MAX_METRICS}", self.metrics.len())));
         }
         let mut sorted: Vec<&String> = self.metrics.iter().collect();
         sorted.sort();
         match self.metrics.iter().find(|name| !is_name(name)) {
-            Some(name) => {
-                Err(MonteCarloError::Metrics(format!("{}: must be small letters, digits and _", quoted(name))))
-            }
+            Some(name) => Err(wrong_metrics(format!("{}: must be small letters, digits and _", quoted(name)))),
             None if !sorted.is_sorted_by(|name, next| name < next) => {
-                Err(MonteCarloError::Metrics("one is there twice; each once".to_owned()))
+                Err(wrong_metrics("one is there twice; each once".to_owned()))
             }
             None => Ok(()),
         }
@@ -128,7 +125,8 @@ impl Batch {
     pub fn template(&self, traffic: Option<&Path>) -> Result<Template, MonteCarloError> {
         let template = Template::of_text(&self.scenario, &self.scenario_toml, traffic)?;
         if template.traffic_crc32() != self.traffic_crc32 {
-            return Err(MonteCarloError::OtherTraffic { scenario: self.scenario.clone() });
+            let of = format!("the traffic of {} is another one than these runs were flown over", words(&self.scenario));
+            return Err(MonteCarloError::Batch(of + "; name the right file with --traffic"));
         }
         Ok(template)
     }
@@ -155,7 +153,7 @@ impl Batch {
 
     /// The metrics as a choice.
     pub(super) fn choice(&self) -> Result<Choice, MonteCarloError> {
-        Choice::parse(&self.metrics.join(",")).map_err(MonteCarloError::Metrics)
+        Choice::parse(&self.metrics.join(",")).map_err(wrong_metrics)
     }
 
     /// The values of this batch's metrics.
@@ -192,25 +190,34 @@ impl Batch {
     pub(super) fn must_be(&self, there: &Self, dir: &Path) -> Result<(), MonteCarloError> {
         match self.difference(there) {
             None => Ok(()),
-            Some(difference) => Err(MonteCarloError::OtherBatch { dir: dir.to_owned(), difference }),
+            Some(difference) => {
+                let advice = "name another folder, or remove that one";
+                Err(MonteCarloError::Folder(format!("{} holds another batch: {difference}; {advice}", path(dir))))
+            }
         }
     }
 }
 
 fn check_runs(seed: u64, runs: u64, shard: Option<Shard>) -> Result<(), MonteCarloError> {
-    if runs == 0 {
-        return Err(MonteCarloError::NoRuns);
-    }
-    if seed.checked_add(runs).is_none_or(|end| end - 1 > i64::MAX as u64) {
-        return Err(MonteCarloError::SeedTooLarge { seed, runs });
-    }
-    if runs > MAX_RUNS {
-        return Err(MonteCarloError::TooManyRuns { runs, most: MAX_RUNS });
-    }
-    if let Some(shard) = shard.filter(|shard| shard.index >= shard.of || shard.of > runs) {
-        return Err(MonteCarloError::NoSuchShard { shard, runs });
-    }
-    Ok(())
+    let what = if runs == 0 {
+        "the number of runs is 0; must be at least 1".to_owned()
+    } else if seed.checked_add(runs).is_none_or(|end| end - 1 > i64::MAX as u64) {
+        let most = i64::MAX;
+        format!("seed {seed} and {runs} runs: the last seed must be at most {most}; take a smaller seed or fewer runs")
+    } else if runs > MAX_RUNS {
+        let most = format!("at most {MAX_RUNS} in a batch; fly fewer, or several batches with other seeds");
+        format!("{runs} runs are too many: {most}")
+    } else if let Some(shard) = shard.filter(|shard| shard.index >= shard.of || shard.of > runs) {
+        let must = "must be I/N, I from 0 to N - 1, with at least one run for each of N shards";
+        format!("shard {shard} of {runs} runs: {must}")
+    } else {
+        return Ok(());
+    };
+    Err(MonteCarloError::Batch(what))
+}
+
+fn wrong_metrics(what: String) -> MonteCarloError {
+    MonteCarloError::Batch(format!("metrics: {what}"))
 }
 
 /// The metrics that one has and the other has not.

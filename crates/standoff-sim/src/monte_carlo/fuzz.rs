@@ -4,7 +4,8 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use super::batch::Values;
-use super::journal::{Journal, journal_of};
+use super::journal::Journal;
+use super::journal::tests::{look_into, sealed};
 use super::{Batch, Results, results};
 use crate::fuzz::{JSON, put, refused, run};
 use crate::scenario::{Edits, Template};
@@ -39,10 +40,10 @@ fn any_journal_is_read_or_refused() {
             choices.damaged(good.clone())
         } else {
             // What its checksums do not tell.
-            journal_of(&choices.mutated(std::slice::from_ref(&json), &JSON), &choices.damaged(slots.clone()))
+            sealed(&choices.mutated(std::slice::from_ref(&json), &JSON), &choices.damaged(slots.clone()))
         };
         put(&path, bytes);
-        match Journal::look_into(&path) {
+        match look_into(&path) {
             Ok(None) => false,
             Ok(Some((batch, rows))) => {
                 assert!(batch.check().is_ok());

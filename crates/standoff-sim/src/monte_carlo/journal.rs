@@ -22,7 +22,7 @@ use super::batch::{Batch, Values};
 use super::error::{FORMAT, MonteCarloError};
 use crate::disk;
 use crate::record::RecordError;
-use crate::text::words;
+use crate::text::{self, words};
 
 /// Name of the file.
 const JOURNAL: &str = "monte-carlo.journal";
@@ -105,7 +105,8 @@ impl Journal {
             // Where files cannot be locked, batches are trusted to have folders of their own.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
-        let (head, seal) = head(batch)?;
+        let json = serde_json::to_vec(batch).map_err(|error| RecordError::write(Path::new(JOURNAL), error.into()))?;
+        let (head, seal) = head(&json)?;
         let runs = batch.flown();
         let slots = Slots { start: head.len() as u64, runs, metrics: batch.metrics.len(), seal };
         match read_head(&mut file, &path)? {
@@ -118,18 +119,6 @@ impl Journal {
         }
         let metrics = batch.metrics.clone();
         Ok(Self { dir: dir.to_owned(), file, slots, metrics, unsynced: false, synced: Instant::now() })
-    }
-
-    /// The batch of a journal, and its runs, as [`Self::open`] and [`Self::rows`] would read them.
-    #[cfg(test)]
-    pub(super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
-        static NEVER: AtomicBool = AtomicBool::new(false);
-        let mut file = File::open(path).unwrap();
-        let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
-        let start = file.stream_position().unwrap();
-        let (runs, seal) = (batch.flown(), crc32fast::hash(&serde_json::to_vec(&batch).unwrap()));
-        let slots = Slots { start, runs, metrics: batch.metrics.len(), seal };
-        Ok(Some((batch, Rows::new(path.to_owned(), file, slots, &NEVER).unwrap())))
     }
 
     /// Where it lies.
@@ -314,12 +303,11 @@ impl Iterator for Rows<'_> {
     }
 }
 
-/// The beginning of the journal of a batch, and the checksum from which its slots start.
-fn head(batch: &Batch) -> Result<(Vec<u8>, u32), MonteCarloError> {
-    let json = serde_json::to_vec(batch).map_err(|error| RecordError::write(Path::new(JOURNAL), error.into()))?;
+/// The beginning of the journal of a batch, which is told as JSON, and the checksum from which its slots start.
+fn head(json: &[u8]) -> Result<(Vec<u8>, u32), MonteCarloError> {
     let length = u32::try_from(json.len()).ok().filter(|&length| u64::from(length) <= MAX_BATCH);
     let length = length.ok_or_else(|| RecordError::damaged(Path::new(JOURNAL), "scenario too long"))?;
-    let seal = crc32fast::hash(&json);
+    let seal = crc32fast::hash(json);
     let mut head = MAGIC.to_vec();
     head.extend(length.to_le_bytes());
     head.extend(seal.to_le_bytes());
@@ -328,20 +316,13 @@ fn head(batch: &Batch) -> Result<(Vec<u8>, u32), MonteCarloError> {
     Ok((head, seal))
 }
 
-/// A journal of anything, with the checksums that belong to it.
-#[cfg(test)]
-pub(super) fn journal_of(json: &[u8], slots: &[u8]) -> Vec<u8> {
-    let mut journal = MAGIC.to_vec();
-    journal.extend((json.len() as u32).to_le_bytes());
-    journal.extend(crc32fast::hash(json).to_le_bytes());
-    journal.extend(crc32fast::hash(&journal).to_le_bytes());
-    [&journal, json, slots].concat()
-}
-
 /// The batch of a journal; `None` if the file breaks off before its first slot.
 fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloError> {
     let unreadable = |reason| RecordError::read(path, reason);
-    let damaged = |what: &str| MonteCarloError::DamagedJournal { path: path.to_owned(), what: words(what) };
+    let damaged = |what: &str| {
+        let (journal, what) = (text::path(path), words(what));
+        MonteCarloError::Folder(format!("{journal} is damaged: {what}; remove it to fly all its runs again"))
+    };
     let size = file.metadata().map_err(unreadable)?.len();
     let mut preamble = [0; PREAMBLE];
     if size < PREAMBLE as u64 {
@@ -374,7 +355,10 @@ fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloEr
 pub(super) fn check_format(json: &[u8], path: &Path) -> Result<serde_json::Result<()>, MonteCarloError> {
     match serde_json::from_slice(json) {
         Ok(Heading { format: FORMAT, .. }) => Ok(Ok(())),
-        Ok(Heading { format, version }) => Err(MonteCarloError::OtherFormat { path: path.to_owned(), format, version }),
+        Ok(Heading { format, version }) => {
+            let there = format!("{} has format {format} of standoff {}", text::path(path), words(&version));
+            Err(MonteCarloError::Folder(format!("{there}, this one knows {FORMAT}; use that version")))
+        }
         Err(error) => Ok(Err(error)),
     }
 }
@@ -387,4 +371,4 @@ struct Heading {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -52,8 +52,9 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     parts.sort_by_key(|(shard, _)| *shard);
     // An empty journal keeps other processes away, and tells what this folder is for if this one ends.
     let journal = Journal::open(out, &whole)?;
-    let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.values()) {
-        Ok(rows) => Box::new(rows) as Box<dyn Iterator<Item = _>>,
+    let metrics: Vec<&str> = whole.metrics().collect();
+    let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.rows(&metrics)) {
+        Ok(rows) => Box::new(rows.map(|row| Ok(row?.values))) as Box<dyn Iterator<Item = _>>,
         Err(error) => Box::new(std::iter::once(Err(error))),
     });
     let merged = results::write(out, &whole, rows, &never)?;

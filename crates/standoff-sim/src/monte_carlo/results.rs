@@ -20,6 +20,7 @@ use crate::record::column::{Cells, Column, Fault, Field};
 use crate::record::folder::{NO_FOLDER, first_in};
 use crate::record::table::{Row, TableReader, TableWriter, source};
 use crate::score::Metrics;
+use crate::text;
 
 const MANIFEST: &str = "monte-carlo.json";
 const RUNS: &str = "runs.parquet";
@@ -119,13 +120,15 @@ impl Results {
             // What cannot be looked into may hold results.
             let found = fs::metadata(dir.join(RUNS));
             let reason = found.err().filter(|reason| reason.kind() == io::ErrorKind::PermissionDenied);
-            let dir = dir.to_owned();
-            return Err(match reason {
-                Some(reason) => RecordError::read(&dir, reason).into(),
-                None if journal::is_in_use(&dir) => RecordError::InUse { dir }.into(),
-                None if journal::is_in(&dir) => MonteCarloError::Unfinished { dir },
-                None => MonteCarloError::NoResults { dir },
-            });
+            let what = match reason {
+                Some(reason) => return Err(RecordError::read(dir, reason).into()),
+                None if journal::is_in_use(dir) => return Err(RecordError::InUse { dir: dir.to_owned() }.into()),
+                None if journal::is_in(dir) => {
+                    "its batch is not complete; run its command again, it goes on from there"
+                }
+                None => "holds no results of standoff monte-carlo; name the folder of a batch",
+            };
+            return Err(MonteCarloError::Folder(format!("{}: {what}", text::path(dir))));
         }
         let path = dir.join(MANIFEST);
         let bytes = input::bytes(&path, MAX_BATCH).map_err(|reason| RecordError::read(&path, reason))?;
@@ -324,14 +327,6 @@ impl<'a> Runs<'a> {
     /// A metric's values, a value per run, in the order of runs; `None` where a run has none.
     pub fn column(&self, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
         self.rows(&[metric])?.map(|row| Ok(row?.values.pop().flatten())).collect()
-    }
-
-    /// All values of every run, in order.
-    pub(super) fn values(
-        &self,
-    ) -> Result<impl Iterator<Item = Result<Values, MonteCarloError>> + use<'a>, MonteCarloError> {
-        let rows = self.rows(&self.batch.metrics().collect::<Vec<_>>())?;
-        Ok(rows.map(|row| row.map(|row| row.values)))
     }
 
     /// The rows in the order of runs, with the values of these metrics; insists that they are the batch's.

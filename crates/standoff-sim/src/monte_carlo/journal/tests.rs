@@ -224,3 +224,18 @@ fn stopped_on_its_last_steps_a_batch_is_not_complete_and_nothing_is_lost() {
     results::write(dir.path(), &batch(), journal.complete_rows(&NEVER).unwrap(), &NEVER).unwrap();
     assert!(results::Results::open(dir.path()).is_ok());
 }
+
+/// The batch of a journal, and its runs, as [`Journal::open`] and [`Journal::rows`] would read them.
+pub(in super::super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
+    let mut file = File::open(path).unwrap();
+    let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
+    let start = file.stream_position().unwrap();
+    let (runs, seal) = (batch.flown(), crc32fast::hash(&serde_json::to_vec(&batch).unwrap()));
+    let slots = Slots { start, runs, metrics: batch.metrics.len(), seal };
+    Ok(Some((batch, Rows::new(path.to_owned(), file, slots, &NEVER).unwrap())))
+}
+
+/// A journal of anything, with the checksums that belong to it.
+pub(in super::super) fn sealed(json: &[u8], slots: &[u8]) -> Vec<u8> {
+    [&head(json).unwrap().0, slots].concat()
+}
