@@ -143,7 +143,8 @@ fn fly(
     threads: Option<NonZeroUsize>,
     interruption: &Interruption,
 ) -> Result<Results, Failure> {
-    let mut teller = Teller::default();
+    let now = Instant::now();
+    let mut teller = Teller { bar: ProgressBar::hidden(), last: None, began: now, told: now };
     let flown = fly_into(out, template, batch, threads, interruption.flag(), |progress| teller.tell(progress));
     teller.bar.finish_and_clear();
     if flown.is_ok() && teller.last.is_none() {
@@ -174,13 +175,6 @@ struct Teller {
     last: Option<Progress>,
     began: Instant,
     told: Instant,
-}
-
-impl Default for Teller {
-    fn default() -> Self {
-        let now = Instant::now();
-        Self { bar: ProgressBar::hidden(), last: None, began: now, told: now }
-    }
 }
 
 impl Teller {

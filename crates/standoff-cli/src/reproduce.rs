@@ -1,7 +1,7 @@
 //! `standoff reproduce`: the paper's tables, figures and claims, measured again.
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser};
@@ -47,7 +47,9 @@ const SEED_MAX: u64 = 1 << 52;
 
 pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
     let plan = Plan { runs: args.runs, first_seed: args.seed, threads: args.threads, traffic: args.traffic.clone() };
-    check_folder(&args.out)?;
+    if args.out.exists() && !args.out.is_dir() {
+        return Err(Failure::Input(format!("{}: not a folder; choose another with --out", text::path(&args.out))));
+    }
     let pieces = PIECES.iter().filter(|piece| args.study.as_ref().is_none_or(|name| name == piece.name));
     if pieces.clone().any(|piece| args.out.join(paper::claims_file(piece.name)).exists()) {
         note(&format!("note: replacing older results in {}", text::path(&args.out)));
@@ -70,12 +72,4 @@ fn failed(failure: paper::Failure) -> Failure {
         paper::Failure::Scenario(error) => Failure::Scenario(error),
         paper::Failure::Running(message) => Failure::Running(message),
     }
-}
-
-/// What is no folder cannot hold the results.
-fn check_folder(out: &Path) -> Result<(), Failure> {
-    if out.exists() && !out.is_dir() {
-        return Err(Failure::Input(format!("{}: not a folder; choose another with --out", text::path(out))));
-    }
-    Ok(())
 }

@@ -98,6 +98,11 @@ pub(crate) fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
     runs.iter().filter_map(|run| run.value(metric)).collect()
 }
 
+/// Time of a frame, s.
+pub(crate) fn time_s(frame: &Frame) -> f64 {
+    frame.time_us as f64 * 1e-6
+}
+
 /// Flies a mission and shows every frame.
 pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
     let mut mission = Mission::new(scenario)

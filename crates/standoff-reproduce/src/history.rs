@@ -21,13 +21,13 @@ pub(crate) fn bands(axis: &str, runs: &[History]) -> Plot {
 /// The numbers of such a plot.
 pub(crate) fn data(name: &'static str, kinds: &[(&str, &[History])]) -> Data {
     let levels: Vec<_> = kinds.iter().map(|(_, runs)| levels(runs)).collect();
-    let heads = kinds.iter().flat_map(|(name, _)| ["p5", "p50", "p95"].map(|level| format!("{name}_{level}")));
+    let heads: String = kinds.iter().map(|(name, _)| format!(",{name}_p5,{name}_p50,{name}_p95")).collect();
     let times = levels.first().map(Vec::as_slice).unwrap_or_default();
     let row = |(index, &(time, _)): (usize, &(f64, [f64; 3]))| {
         let cells = levels.iter().flat_map(|levels| levels.get(index).map_or([f64::NAN; 3], |at| at.1));
         [time].into_iter().chain(cells).collect()
     };
-    Data::new(name, ["time_s".to_owned()].into_iter().chain(heads), times.iter().enumerate().map(row))
+    Data::new(name, format!("time_s{heads}"), times.iter().enumerate().map(row))
 }
 
 /// The 5, 50 and 95 % quantiles of all values of all runs, instant by instant.

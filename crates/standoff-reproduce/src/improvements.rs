@@ -129,9 +129,9 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     let best = plan.fly(&Flown::of(BEST, &[]), all)?;
     found.tables.push(without_each(plan, choice, &best)?);
     found.tables.push(goals(plan, &best, &plan.fly(&Flown::of(PAIR, &[]), all)?)?);
-    let mut columns = vec!["mission".to_owned(), "improvement".to_owned()];
+    let mut columns = "mission,improvement".to_owned();
     for (metric, _) in SHOWN {
-        columns.extend([format!("{metric}_before"), format!("{metric}_difference"), format!("{metric}_half_width")]);
+        columns += &format!(",{metric}_before,{metric}_difference,{metric}_half_width");
     }
     found.data.push(Data::new("improvements", columns, data));
     Ok(found)

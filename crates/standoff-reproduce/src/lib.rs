@@ -10,7 +10,6 @@ mod flights;
 mod history;
 mod improvements;
 mod missions;
-mod observe;
 mod page;
 mod separation;
 mod statistics;

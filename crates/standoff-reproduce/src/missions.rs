@@ -10,15 +10,15 @@ pub(crate) use figure_9::figure_9;
 pub(crate) use figure_10::figure_10;
 pub(crate) use figure_11::figure_11;
 
-use standoff_sim::record::Frame;
+use standoff_sim::geometry;
+use standoff_sim::record::{Frame, GroupRow};
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_view::figures::study::Plot;
 use standoff_view::figures::{Figure, Setup, figures};
 
 use super::claim::{Claim, Finding};
-use super::flights::watch;
+use super::flights::{time_s, watch};
 use super::history::{History, bands};
-use super::observe::{separation_deg, standoff_error_m, time_s};
 use super::statistics::Estimate;
 use crate::failure::Failure;
 
@@ -47,7 +47,9 @@ struct Orbits {
 impl Orbits {
     fn look(&mut self, frame: &Frame, settings: &Settings) {
         let time_s = time_s(frame);
-        let errors: Vec<f64> = frame.uavs.iter().filter_map(|uav| standoff_error_m(frame, uav)).collect();
+        // |r - r_d| by the agents' own view: what the paper calls the standoff distance error.
+        let in_groups = frame.uavs.iter().filter_map(|uav| Some((uav, geometry::group_of(frame, uav)?)));
+        let errors: Vec<f64> = in_groups.map(|(uav, group)| geometry::tracking_error_m(uav, group).abs()).collect();
         let angles: Vec<f64> = frame.groups.iter().filter_map(|group| separation_deg(frame, group)).collect();
         if time_s >= settings.settle.s() {
             self.settled_errors_m.extend(&errors);
@@ -56,6 +58,13 @@ impl Orbits {
         self.errors_m.push((time_s, errors));
         self.separations_deg.push((time_s, angles));
     }
+}
+
+/// Angle about the estimated centre between the two UAVs of a group, degrees in [0, 180]; none for fewer or more.
+fn separation_deg(frame: &Frame, group: &GroupRow) -> Option<f64> {
+    let mut separations = geometry::separations(frame).into_iter();
+    let of_pair = separations.find(|(id, (count, ..), _)| *id == group.group && *count == 2);
+    of_pair.map(|(.., angle_rad)| angle_rad.to_degrees())
 }
 
 /// theta_d, degrees.

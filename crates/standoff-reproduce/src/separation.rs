@@ -54,9 +54,10 @@ pub(crate) fn figure_6(_: &Plan) -> Result<Study, Failure> {
         let cells = [0.0, 90.0, 180.0].into_iter().flat_map(|separation| TARGETS_M.map(|m| eta(separation, m, deg)));
         [deg].into_iter().chain(cells).collect()
     };
-    let names =
-        [0, 90, 180].into_iter().flat_map(|deg| TARGETS_M.map(|m| format!("eta_separation_{deg}_deg_target_{m}_m")));
-    let columns = ["bearing_deg".to_owned()].into_iter().chain(names);
+    let mut columns = "bearing_deg".to_owned();
+    for deg in [0, 90, 180] {
+        TARGETS_M.iter().for_each(|m| columns += &format!(",eta_separation_{deg}_deg_target_{m}_m"));
+    }
     figure.data.push(Data::new("figure-6", columns, bearings_deg().map(row)));
 
     let furthest_m = TARGETS_M[3];
@@ -111,11 +112,7 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     }
     let away_deg = |row: &&Vec<f64>| (row[2] - 90.0).abs();
     let ranging = rows.iter().filter(|row| row[0] == 100.0).map(|row| away_deg(&row)).fold(0.0, f64::max);
-    figure.data.push(Data::new(
-        "figure-7",
-        ["sigma_scale", "target_m", "best_separation_deg", "eta_over_eta_at_90_deg"],
-        rows,
-    ));
+    figure.data.push(Data::new("figure-7", "sigma_scale,target_m,best_separation_deg,eta_over_eta_at_90_deg", rows));
     let etas: Vec<f64> = (0..=180).map(|deg| averaged(1.0, f64::from(deg), 100.0)).collect();
     let spread = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));

@@ -40,7 +40,8 @@ pub(crate) struct Table {
 pub(crate) struct Data {
     /// File name without its extension.
     pub(crate) name: &'static str,
-    pub(crate) columns: Vec<String>,
+    /// Names of the columns, with commas between.
+    pub(crate) columns: String,
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
@@ -115,17 +116,17 @@ impl Table {
 impl Data {
     pub(crate) fn new(
         name: &'static str,
-        columns: impl IntoIterator<Item: Into<String>>,
+        columns: impl Into<String>,
         rows: impl IntoIterator<Item = Vec<f64>>,
     ) -> Self {
-        Self { name, columns: columns.into_iter().map(Into::into).collect(), rows: rows.into_iter().collect() }
+        Self { name, columns: columns.into(), rows: rows.into_iter().collect() }
     }
 
     /// Numbers in full; one that is missing is an empty field.
     fn csv(&self) -> String {
         let field = |value: &f64| if value.is_finite() { value.to_string() } else { String::new() };
         let row = |row: &Vec<f64>| row.iter().map(field).collect::<Vec<_>>().join(",") + "\n";
-        self.columns.join(",") + "\n" + &self.rows.iter().map(row).collect::<String>()
+        format!("{}\n", self.columns) + &self.rows.iter().map(row).collect::<String>()
     }
 }
 
@@ -229,7 +230,7 @@ mod tests {
 
     #[test]
     fn data_keep_every_digit_and_leave_out_what_is_missing() {
-        let data = Data::new("made-up", ["a", "b"], vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
+        let data = Data::new("made-up", "a,b", vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
         assert_eq!(data.csv(), "a,b\n0.30000000000000004,\n1,-2.5\n");
     }
 

@@ -212,13 +212,15 @@ fn interval(estimate: Estimate) -> String {
 
 fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data {
     let metrics = ROWS.iter().map(|row| row.metric).chain(BESIDES.iter().map(|(metric, ..)| *metric));
-    let names = ["single", "pair_basic", "pair"];
-    let heads = names.iter().flat_map(|name| metrics.clone().map(move |metric| format!("{name}_{metric}")));
+    let mut heads = "seed".to_owned();
+    for name in ["single", "pair_basic", "pair"] {
+        metrics.clone().for_each(|metric| heads += &format!(",{name}_{metric}"));
+    }
     let row = |(index, seed): (usize, u64)| {
         let values = columns.iter().flat_map(|runs| metrics.clone().map(move |metric| runs[index].value(metric)));
         [seed as f64].into_iter().chain(values.map(|value| value.unwrap_or(f64::NAN))).collect()
     };
-    Data::new(name, ["seed".to_owned()].into_iter().chain(heads), plan.seeds().enumerate().map(row))
+    Data::new(name, heads, plan.seeds().enumerate().map(row))
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
     let plot = Plot { levels, ..plot("Time step (s)", "Largest modulus", lines) };
     let heading = "Stability of the heading loop by the time step";
     found.draw("errata-euler", heading, "k_omega = 2 1/s, tau_omega = 1/3 s", &[plot])?;
-    found.data.push(Data::new("errata-euler", ["period_s", "modulus_euler", "modulus_exact"], rows));
+    found.data.push(Data::new("errata-euler", "period_s,modulus_euler,modulus_exact", rows));
 
     let mut table = Table::new(
         "Mean |r - r_d| about a target at rest (m), the last third of 600 s, exact feedforward:",

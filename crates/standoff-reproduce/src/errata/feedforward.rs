@@ -105,18 +105,10 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     ];
     found.tables = vec![derivative, table];
     found.data = vec![
-        Data::new("errata-feedforward", ["r_m", "numeric_rad_s", "printed_rad_s", "exact_rad_s"], rows),
+        Data::new("errata-feedforward", "r_m,numeric_rad_s,printed_rad_s,exact_rad_s", rows),
         Data::new(
             "errata-feedforward-moving",
-            [
-                "centre_m_s",
-                "printed_gain_1_m",
-                "exact_gain_1_m",
-                "flown_gain_1_m",
-                "printed_gain_0.2_m",
-                "exact_gain_0.2_m",
-                "flown_gain_0.2_m",
-            ],
+            "centre_m_s,printed_gain_1_m,exact_gain_1_m,flown_gain_1_m,printed_gain_0.2_m,exact_gain_0.2_m,flown_gain_0.2_m",
             moving,
         ),
     ];

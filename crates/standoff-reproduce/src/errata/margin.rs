@@ -9,8 +9,7 @@ use standoff_sim::scenario::Scenario;
 
 use crate::claim::{Claim, Finding, Paper};
 use crate::failure::Failure;
-use crate::flights::{IN_METRES, Plan, watch};
-use crate::observe::time_s;
+use crate::flights::{IN_METRES, Plan, time_s, watch};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Study, Table};
 

@@ -51,15 +51,7 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
         table.row(row[0].to_string(), row[1..].iter().copied());
     }
     found.tables.push(table);
-    let names = [
-        "centre_m_s",
-        "limit_m",
-        "error_at_27_m",
-        "error_at_0.8_m",
-        "error_at_0.9_m",
-        "error_at_1_m",
-        "error_at_1.2_m",
-    ];
+    let names = "centre_m_s,limit_m,error_at_27_m,error_at_0.8_m,error_at_0.9_m,error_at_1_m,error_at_1.2_m";
     found.data.push(Data::new("errata-radius", names, rows));
     found.claims.push(Claim::computed(
         format!("(27) suffices: largest error of an orbit of {printed_m:.0} m about a centre at 15 m/s"),

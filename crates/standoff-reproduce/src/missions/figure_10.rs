@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use standoff_sim::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
 use standoff_view::figures::study::Plot;
 
 use super::{MISSION, Orbits, apart, histories, separations};
 use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::flights::{IN_METRES, Plan, watch};
+use crate::flights::{IN_METRES, Plan, time_s, watch};
 use crate::history::{History, bands, data};
-use crate::observe::{centre_error_m, time_s};
 use crate::statistics::{Estimate, mean, rank_correlation};
 use crate::study::{Study, Table};
 
@@ -124,7 +124,7 @@ fn look(scenario: &Scenario) -> Result<Seen, Failure> {
         seen.orbits.look(frame, &scenario.settings);
         let (mut margins, mut centres) = (Vec::new(), Vec::new());
         for group in &frame.groups {
-            let Some(error_m) = centre_error_m(frame, group) else { continue };
+            let Some(error_m) = Geometry::of(frame).centre_error_m(group) else { continue };
             pairs.entry(group.group).or_default().push((group.margin_m, error_m));
             margins.push(group.margin_m);
             centres.push(error_m);

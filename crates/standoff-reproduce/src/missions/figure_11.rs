@@ -1,14 +1,14 @@
 //! Figure 11: the line of sight to the furthest target, with and without the active measures and the dwell.
 
+use standoff_sim::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
 use standoff_view::figures::study::Plot;
 
 use super::{BASIC, MISSION, ORBIT_GROWS, half_deg, histories};
 use crate::claim::{Claim, Paper};
 use crate::failure::Failure;
-use crate::flights::{IN_METRES, Plan, watch};
+use crate::flights::{IN_METRES, Plan, time_s, watch};
 use crate::history::{History, bands, data};
-use crate::observe::{line_of_sight_deg, time_s};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Data, Study, Table};
 
@@ -101,15 +101,8 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
         let of_runs = [&basic, &active, &metres].map(|runs| [runs[index].most_deg, share(&runs[index])]);
         [seed as f64].into_iter().chain(of_runs.into_iter().flatten()).collect()
     };
-    let columns = [
-        "seed",
-        "basic_largest_deg",
-        "basic_beyond_percent",
-        "active_largest_deg",
-        "active_beyond_percent",
-        "active_in_metres_largest_deg",
-        "active_in_metres_beyond_percent",
-    ];
+    let columns = "seed,basic_largest_deg,basic_beyond_percent,active_largest_deg,active_beyond_percent,\
+                   active_in_metres_largest_deg,active_in_metres_beyond_percent";
     found.data.push(Data::new("figure-11-runs", columns, plan.seeds().enumerate().map(row)));
     let [basic, active, metres] = [basic, active, metres].map(|runs| histories(&runs, |run| &run.widest_deg));
     let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| Plot {
@@ -129,7 +122,8 @@ fn look(scenario: &Scenario, half_deg: f64) -> Result<Seen, Failure> {
     let (mut seen, mut handed_over_s) = (Seen::default(), None);
     watch(scenario, |frame| {
         let time_s = time_s(frame);
-        let angles = frame.uavs.iter().filter_map(|uav| line_of_sight_deg(frame, uav));
+        let geometry = Geometry::of(frame);
+        let angles = frame.uavs.iter().filter_map(|uav| geometry.line_of_sight_rad(uav)).map(f64::to_degrees);
         let widest_deg = angles.reduce(f64::max);
         seen.widest_deg.push((time_s, widest_deg.into_iter().collect()));
         let Some(widest_deg) = widest_deg else { return };

@@ -1,5 +1,6 @@
 //! Figure 8: four targets, two UAVs.
 
+use standoff_sim::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
 
 use super::{Orbits, apart, half_deg, histories, map, separations};
@@ -7,7 +8,6 @@ use crate::claim::Claim;
 use crate::failure::Failure;
 use crate::flights::{Plan, watch};
 use crate::history::{bands, data};
-use crate::observe::line_of_sight_deg;
 use crate::statistics::mean;
 use crate::study::Study;
 
@@ -64,7 +64,8 @@ fn look(scenario: &Scenario) -> Result<Seen, Failure> {
     watch(scenario, |frame| {
         seen.orbits.look(frame, &scenario.settings);
         seen.has_discard |= frame.events.iter().any(|event| event.kind == "discarded");
-        let widest = frame.uavs.iter().filter_map(|uav| line_of_sight_deg(frame, uav));
+        let geometry = Geometry::of(frame);
+        let widest = frame.uavs.iter().filter_map(|uav| geometry.line_of_sight_rad(uav)).map(f64::to_degrees);
         seen.widest_deg = widest.fold(seen.widest_deg, f64::max);
     })?;
     Ok(seen)

@@ -6,8 +6,7 @@ use standoff_sim::score::{Choice, Rules, Scorer};
 use super::{MISSION, ORBIT_GROWS, map};
 use crate::claim::{Claim, Finding};
 use crate::failure::Failure;
-use crate::flights::{Plan, watch};
-use crate::observe::time_s;
+use crate::flights::{Plan, time_s, watch};
 use crate::statistics::Estimate;
 use crate::study::{Data, Study, Table};
 
@@ -79,7 +78,7 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
             f64::from(run.all_in_view),
         ]
     };
-    let columns = ["seed", "requested_s", "completed_s", "discarded_s", "handoffs", "discards", "all_in_view"];
+    let columns = "seed,requested_s,completed_s,discarded_s,handoffs,discards,all_in_view";
     found.data.push(Data::new("figure-9", columns, plan.seeds().zip(&runs).map(row)));
     found.figures.push(map("figure-9", &plan.first(MISSION, &[])?)?);
     Ok(found)
