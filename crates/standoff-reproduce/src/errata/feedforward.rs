@@ -1,11 +1,10 @@
 //! (25) is the derivative of the field's heading on the orbit only, about a centre at rest.
 
 use standoff::guidance::heading::steer;
-use standoff::guidance::standoff_distance::Ramp;
-use standoff::{Displacement, Feedforward, Orbit, Position, TeamParams, UavState, VectorField, Velocity};
+use standoff::{Displacement, Feedforward, Position, TeamParams, UavState, VectorField, Velocity};
 use standoff_view::figures::study::{Line, Plot};
 
-use super::flight::Flight;
+use super::flight::{Flight, orbit};
 use crate::claim::{Claim, shown};
 use crate::failure::Failure;
 use crate::flights::Plan;
@@ -30,17 +29,11 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
          about a centre at rest; *flown* differentiates what is flown, with k_l, the lead and the centre's velocity in \
          it. The derivative is taken numerically, along the field.",
     );
-    let radii_m = || (20..=1200).step_by(10).map(f64::from);
-    let rows: Vec<Vec<f64>> = radii_m()
-        .map(|r_m| {
-            vec![
-                r_m,
-                numeric_rad_s(r_m),
-                at_rest_rad_s(Feedforward::Printed, r_m),
-                at_rest_rad_s(Feedforward::Exact, r_m),
-            ]
-        })
-        .collect();
+    let turn_rates_rad_s = |r_m: f64| {
+        let [printed, exact] = [Feedforward::Printed, Feedforward::Exact].map(|form| at_rest_rad_s(form, r_m));
+        vec![r_m, numeric_rad_s(r_m), printed, exact]
+    };
+    let rows: Vec<Vec<f64>> = (20..=1200).step_by(10).map(f64::from).map(turn_rates_rad_s).collect();
     let exact = Line { dashed: true, ..line_of("exact", 2, &rows, 3) };
     let lines = [line_of("numeric derivative", 0, &rows, 1), line_of("printed (25)", 1, &rows, 2), exact];
     let levels = vec![(0.3, "largest turn rate".to_owned())];
@@ -49,11 +42,11 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let caption = "orbit of 300 m about a centre at rest, 40 m/s";
     found.draw("errata-feedforward", heading, caption, &[over_distance])?;
 
-    let speeds_m_s = || (0..=20).map(f64::from);
     let errors = |gain: f64, speed_m_s: f64| {
         FORMS.map(|(_, form)| Flight { centre_speed_m_s: speed_m_s, ..Flight::new(form, gain) }.largest_error_m())
     };
-    let moving: Vec<Vec<f64>> = speeds_m_s()
+    let moving: Vec<Vec<f64>> = (0..=20)
+        .map(f64::from)
         .map(|speed| [speed].into_iter().chain(errors(1.0, speed)).chain(errors(0.2, speed)).collect())
         .collect();
     let over_speed = |first: usize, gain: &str| {
@@ -119,13 +112,7 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
 fn at_rest_rad_s(form: Feedforward, r_m: f64) -> f64 {
     let mut guidance = TeamParams::table_1().guidance;
     (guidance.feedforward, guidance.radial_gain) = (form, 1.0);
-    let orbit = Orbit {
-        centre: Position::ORIGIN,
-        centre_velocity: Velocity::ZERO,
-        distance_m: ORBIT_M,
-        rate_m_s: 0.0,
-        steered: Ramp { radius_m: ORBIT_M, rate_m_s: 0.0 },
-    };
+    let orbit = orbit(Position::ORIGIN, Velocity::ZERO, ORBIT_M);
     let position = Position::from_m(r_m, 0.0);
     let uav = UavState { position, heading: standoff::Angle::ZERO, speed_m_s: SPEED_M_S, turn_rate_rad_s: 0.0 };
     steer(&guidance, &uav, &orbit, SPEED_M_S).feedforward_rad_s

@@ -13,6 +13,12 @@ pub(super) const PERIOD_S: f64 = 0.5;
 const STEPS: u32 = 1200;
 const SETTLED: u32 = 800;
 
+/// An orbit of a constant radius.
+pub(super) fn orbit(centre: Position, centre_velocity: Velocity, distance_m: f64) -> Orbit {
+    let steered = Ramp { radius_m: distance_m, rate_m_s: 0.0 };
+    Orbit { centre, centre_velocity, distance_m, rate_m_s: 0.0, steered }
+}
+
 /// What is flown: Table I but for what is named.
 pub(super) struct Flight {
     pub(super) uav: UavParams,
@@ -57,13 +63,8 @@ impl Flight {
         let response = self.uav.response(Duration::from_s(PERIOD_S));
         let mut errors_m = Vec::new();
         for step in 0..STEPS {
-            let orbit = Orbit {
-                centre: Position::ORIGIN + velocity * (f64::from(step) * PERIOD_S),
-                centre_velocity: velocity,
-                distance_m: self.radius_m,
-                rate_m_s: 0.0,
-                steered: Ramp { radius_m: self.radius_m, rate_m_s: 0.0 },
-            };
+            let centre = Position::ORIGIN + velocity * (f64::from(step) * PERIOD_S);
+            let orbit = orbit(centre, velocity, self.radius_m);
             if step >= SETTLED {
                 errors_m.push((state.position.distance_m(orbit.centre) - self.radius_m).abs());
             }

@@ -121,6 +121,10 @@ fn innovation(last: &GroupCentre, transition: &Transition, centroid: &Centroid) 
 
 /// The centroid of a group's members.
 fn centroid(frame: &Frame, group: &GroupRow) -> Option<Centroid> {
+    let estimate = |track: &TrackRow| {
+        let covariance = Covariance::from_upper_triangle(&track.covariance);
+        Track { state: TargetState(track.state.into()), covariance }
+    };
     let members: Vec<Track> = of_group(frame, group).map(estimate).collect();
     Centroid::of(members.iter())
 }
@@ -129,11 +133,6 @@ fn centroid(frame: &Frame, group: &GroupRow) -> Option<Centroid> {
 fn of_group<'a>(frame: &'a Frame, group: &GroupRow) -> impl Iterator<Item = &'a TrackRow> {
     let id = Some(group.group);
     frame.tracks.iter().filter(move |track| track.group == id || track.to_group == id)
-}
-
-fn estimate(track: &TrackRow) -> Track {
-    let covariance = Covariance::from_upper_triangle(&track.covariance);
-    Track { state: TargetState(track.state.into()), covariance }
 }
 
 /// What happens to the orbits of a run soon after their groups' members have changed.

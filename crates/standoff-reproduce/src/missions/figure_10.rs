@@ -74,18 +74,8 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
     ];
     let mut table = Table::new(
         "Once settled, mean over UAVs, groups and runs with 95 % intervals:",
-        [
-            "margin",
-            "standoff error (m)",
-            "low",
-            "high",
-            "error of the separation (deg)",
-            "low",
-            "high",
-            "d_m and centre error: correlation",
-            "low",
-            "high",
-        ],
+        "margin|standoff error (m)|low|high|error of the separation (deg)|low|high|d_m and centre error: correlation|low|high"
+            .split('|'),
     );
     for (name, runs) in [("(16) as printed", &runs), ("in metres", &metres)] {
         let errors = settled(runs, |run| &run.orbits.settled_errors_m);

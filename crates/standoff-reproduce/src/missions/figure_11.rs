@@ -73,18 +73,8 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     ];
     let mut table = Table::new(
         "With 95 % intervals:",
-        [
-            "",
-            "runs that never pass the limit (%)",
-            "low",
-            "high",
-            "time beyond it (%)",
-            "low",
-            "high",
-            "largest angle, median (deg)",
-            "5 %",
-            "95 %",
-        ],
+        "|runs that never pass the limit (%)|low|high|time beyond it (%)|low|high|largest angle, median (deg)|5 %|95 %"
+            .split('|'),
     );
     for (name, runs) in [
         ("11a: no measures, no dwell", &basic),
