@@ -11,7 +11,7 @@ use standoff_view::batch::Batch;
 use standoff_view::page;
 
 use crate::changes::{Changes, key_and_value};
-use crate::failure::{Failure, note, print};
+use crate::failure::{Failure, print, warn};
 use crate::monte_carlo::{failure, maybe, name_width, number};
 use crate::outcome::Wanted;
 use crate::tell::save;
@@ -98,8 +98,7 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     let load = |name: &str, more: &[String]| {
         let template = Template::load(name, &args.changes.edits_and(more)?).map_err(Failure::Scenario)?;
-        let drawn = template.draw(args.seed).map_err(Failure::Scenario)?;
-        drawn.warnings.iter().for_each(|warning| note(&format!("warning: {name}: {warning}")));
+        warn(&template.draw(args.seed).map_err(Failure::Scenario)?, &format!("{name}: "));
         Ok(template)
     };
     let (first, second) = (load(&args.a, &[])?, load(b, &args.set_b)?);

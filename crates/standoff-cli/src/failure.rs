@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
-use standoff_sim::scenario::{MISTAKES_MAX, Problem, ScenarioError};
+use standoff_sim::scenario::{MISTAKES_MAX, Problem, Scenario, ScenarioError};
 use standoff_sim::text;
 
 /// Why the command did not do what was asked.
@@ -84,6 +84,11 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
         Err(error) => Err(Failure::running(format!("standard output: {error}"))),
         Ok(()) => Ok(()),
     }
+}
+
+/// Tells what is odd about a scenario that can be flown all the same, after `of`.
+pub(crate) fn warn(scenario: &Scenario, of: &str) {
+    scenario.warnings.iter().for_each(|warning| note(&format!("warning: {of}{warning}")));
 }
 
 /// Says something beside the results, on standard error, whatever names it repeats.

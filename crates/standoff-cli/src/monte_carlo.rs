@@ -1,13 +1,12 @@
 //! `standoff monte-carlo`: flies a scenario many times, and tells the statistics.
 
-use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::slice;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::Template;
 use standoff_sim::text;
@@ -15,9 +14,10 @@ use standoff_view::batch::Batch as Page;
 use standoff_view::page;
 
 use crate::changes::Changes;
-use crate::failure::{Failure, note, print};
+use crate::failure::{Failure, note, print, warn};
 use crate::interruption::Interruption;
 use crate::outcome::{Wanted, count};
+use crate::run::progress as bar;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -75,10 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
     let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(failure)?;
     let first = batch.seed_of(batch.flown().start);
-    let drawn = template.draw(first).map_err(Failure::Scenario)?;
-    for warning in &drawn.warnings {
-        note(&format!("warning: {warning}"));
-    }
+    warn(&template.draw(first).map_err(Failure::Scenario)?, "");
     let out = args.out.clone().unwrap_or_else(|| default_out(args, &template, &batch));
     // The second time it ends at once: what is complete is safe in any case.
     let interruption = Interruption::expected()?;
@@ -185,12 +182,8 @@ impl Teller {
             if before > 0 {
                 note(&format!("note: going on after {before} of {}", count_runs(of)));
             }
-            if io::stderr().is_terminal() {
-                let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left");
-                let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-                self.bar = ProgressBar::new(of).with_style(style).with_position(done);
-                self.bar.reset_eta();
-            }
+            self.bar = bar(of, "runs").with_position(done);
+            self.bar.reset_eta();
         }
         self.bar.set_position(done);
         if self.bar.is_hidden() && self.told.elapsed() >= TELL_EVERY {

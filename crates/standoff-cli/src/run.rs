@@ -18,7 +18,7 @@ use standoff_view::serve::Server;
 use standoff_view::site::RunSite;
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, note, refused};
+use crate::failure::{Failure, note, refused, warn};
 use crate::interruption::Interruption;
 use crate::mcap::Mcap;
 use crate::outcome::{Telling, Wanted, lines};
@@ -81,9 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
-    for warning in &scenario.warnings {
-        note(&format!("warning: {warning}"));
-    }
+    warn(&scenario, "");
     let rows = World::rows(&scenario);
     if rows > MAX_ROWS {
         let what = "choose a shorter duration_s, a longer period_s or fewer targets, or standoff monte-carlo, which keeps no record";
@@ -186,7 +184,7 @@ fn fly(
     if let Some(older) = writer.set_aside() {
         note(&format!("note: an unfinished run is kept in {} until this one is complete", text::path(older)));
     }
-    let progress = progress(mission.frames());
+    let progress = progress(mission.frames(), "instants");
     while !interruption.has_come() {
         let Some(frame) = mission.frame() else {
             progress.finish_and_clear();
@@ -216,10 +214,10 @@ fn broken_off(error: impl Display, kept: Option<Kept>) -> Failure {
 }
 
 /// A bar on a terminal, nothing in a pipe.
-fn progress(frames: u64) -> ProgressBar {
+pub(crate) fn progress(of: u64, what: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} instants, {eta} left");
-    ProgressBar::new(frames).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    let style = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} left"));
+    ProgressBar::new(of).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -2,7 +2,7 @@
 
 use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, built_in_like, schema};
 
-use crate::failure::{Failure, note, print};
+use crate::failure::{Failure, print, warn};
 use crate::outcome::count;
 
 /// Lists the built-in scenarios, or prints one.
@@ -31,9 +31,7 @@ pub(crate) fn show_schema() -> Result<(), Failure> {
 /// Checks a scenario.
 pub(crate) fn check(file: &str) -> Result<(), Failure> {
     let scenario = Scenario::load(file, &Edits::default(), 1).map_err(Failure::Scenario)?;
-    for warning in &scenario.warnings {
-        note(&format!("warning: {file}: {warning}"));
-    }
+    warn(&scenario, &format!("{file}: "));
     // What is flown has to be spelt out, too.
     scenario.resolved().map_err(Failure::Scenario)?;
     print(&format!("{file}: good ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))

@@ -16,7 +16,7 @@ use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, no_thread, note, print, refused};
+use crate::failure::{Failure, no_thread, note, print, refused, warn};
 use crate::interruption::Interruption;
 use crate::monte_carlo::failure;
 use crate::outcome::{Wanted, lines};
@@ -128,17 +128,17 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     let dir = PathBuf::from(dir);
     let frames = record.frames().map_err(of_record)?;
     let work = move |watched: Watched| {
-        let mut told = Told::new(watched, &settings, choice);
-        for frame in frames {
-            match frame {
-                Ok(frame) => told.frame(&frame),
-                Err(error) => {
-                    note(&format!("error: {}: {error}; what is before can be seen", text::path(&dir)));
-                    break;
+        tell(watched, &settings, choice, |look| {
+            for frame in frames {
+                match frame {
+                    Ok(frame) => look(&frame),
+                    Err(error) => {
+                        note(&format!("error: {}: {error}; what is before can be seen", text::path(&dir)));
+                        break;
+                    }
                 }
             }
-        }
-        told.finish()
+        })
     };
     Ok(Shown { watched, work: Box::new(work) })
 }
@@ -169,41 +169,32 @@ fn flight(args: &Args) -> Result<Shown, Failure> {
         return Err(nothing_there(name));
     }
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
-    scenario.warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
+    warn(&scenario, "");
     let watched = Watched::flight(&scenario, false)?;
     let choice = args.metrics.choice;
     Ok(Shown { watched, work: Box::new(move |watched| fly(&scenario, watched, choice)) })
 }
 
 fn fly(scenario: &Scenario, watched: Watched, choice: Choice) -> Result<(), Failure> {
-    let mut told = Told::new(watched, &scenario.settings, choice);
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
-    while let Some(frame) = mission.frame() {
-        told.frame(frame);
-    }
-    told.finish()
+    tell(watched, &scenario.settings, choice, |look| {
+        while let Some(frame) = mission.frame() {
+            look(frame);
+        }
+    })
 }
 
-/// A run that is shown and scored.
-struct Told {
-    watched: Watched,
-    scorer: Scorer,
+/// Scores all frames and lets them be watched.
+fn tell(
+    mut watched: Watched,
+    settings: &Settings,
     choice: Choice,
-    settings: Settings,
-}
-
-impl Told {
-    fn new(watched: Watched, settings: &Settings, choice: Choice) -> Self {
-        Self { watched, scorer: Scorer::new(Rules::of(settings), choice), choice, settings: settings.clone() }
-    }
-
-    fn frame(&mut self, frame: &Frame) {
-        self.scorer.frame(frame);
-        self.watched.frame(frame);
-    }
-
-    fn finish(self) -> Result<(), Failure> {
-        let metrics = Chosen { metrics: self.scorer.metrics(), choice: self.choice };
-        self.watched.finish(lines(&metrics, &self.settings))
-    }
+    frames: impl FnOnce(&mut dyn FnMut(&Frame)),
+) -> Result<(), Failure> {
+    let mut scorer = Scorer::new(Rules::of(settings), choice);
+    frames(&mut |frame| {
+        scorer.frame(frame);
+        watched.frame(frame);
+    });
+    watched.finish(lines(&Chosen { metrics: scorer.metrics(), choice }, settings))
 }
