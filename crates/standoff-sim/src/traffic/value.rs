@@ -31,8 +31,7 @@ pub(super) const LOGGED_MILLISECONDS: Quantity = Quantity {
 /// East or north.
 const METRES: Quantity = Quantity { low: -1e8, high: 1e8, unit: "m", advice: "remove the sample or correct it" };
 /// East or north, while it is not known what the file's coordinates are.
-const METRES_OR_DEGREES: Quantity =
-    Quantity { low: -1e8, high: 1e8, unit: "m, or degrees", advice: "remove the sample or correct it" };
+const METRES_OR_DEGREES: Quantity = Quantity { unit: "m, or degrees", ..METRES };
 /// Degrees north.
 const LATITUDE: Quantity =
     Quantity { low: -90.0, high: 90.0, unit: "degrees north", advice: "if the file is in metres, choose metres" };
