@@ -24,11 +24,8 @@ pub(crate) struct Thrift<'a> {
     depth: usize,
 }
 
-/// A field's value, not read yet.
-#[derive(Clone, Copy)]
-pub(crate) struct Value {
-    kind: u8,
-}
+/// The kind of a field's value, which is not read yet.
+pub(crate) type Kind = u8;
 
 impl<'a> Thrift<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
@@ -41,7 +38,7 @@ impl<'a> Thrift<'a> {
     }
 
     /// Reads a structure: `take` gets every field by its number, and reads its value or says `skip`.
-    pub(crate) fn structure(&mut self, mut take: impl FnMut(&mut Self, i16, Value) -> Option<()>) -> Option<()> {
+    pub(crate) fn structure(&mut self, mut take: impl FnMut(&mut Self, i16, Kind) -> Option<()>) -> Option<()> {
         if self.depth == MAX_DEPTH {
             return None;
         }
@@ -58,24 +55,24 @@ impl<'a> Thrift<'a> {
                 0 => i16::try_from(self.signed()?).ok()?,
                 step => id.checked_add(i16::from(step))?,
             };
-            take(self, id, Value { kind })?;
+            take(self, id, kind)?;
         }
     }
 
     /// A whole number.
-    pub(crate) fn int(&mut self, value: Value) -> Option<i64> {
-        matches!(value.kind, SHORT | INT | LONG).then(|| self.signed()).flatten()
+    pub(crate) fn int(&mut self, kind: Kind) -> Option<i64> {
+        matches!(kind, SHORT | INT | LONG).then(|| self.signed()).flatten()
     }
 
     /// The length of a list of structures, which follow.
-    pub(crate) fn structures(&mut self, value: Value) -> Option<usize> {
-        let (kind, length) = (value.kind == LIST).then(|| self.list()).flatten()?;
+    pub(crate) fn structures(&mut self, kind: Kind) -> Option<usize> {
+        let (kind, length) = (kind == LIST).then(|| self.list()).flatten()?;
         (length == 0 || kind == STRUCT).then_some(length)
     }
 
     /// Passes over a value.
-    pub(crate) fn skip(&mut self, value: Value) -> Option<()> {
-        match value.kind {
+    pub(crate) fn skip(&mut self, kind: Kind) -> Option<()> {
+        match kind {
             TRUE | FALSE => Some(()),
             BYTE => self.byte().map(drop),
             SHORT | INT | LONG => self.varint().map(drop),
@@ -84,7 +81,7 @@ impl<'a> Thrift<'a> {
                 let length = usize::try_from(self.varint()?).ok()?;
                 self.bytes(length).map(drop)
             }
-            STRUCT => self.structure(|thrift, _, value| thrift.skip(value)),
+            STRUCT => self.structure(|thrift, _, kind| thrift.skip(kind)),
             LIST | SET => {
                 if self.depth == MAX_DEPTH {
                     return None;
@@ -93,7 +90,7 @@ impl<'a> Thrift<'a> {
                 let (kind, length) = self.list()?;
                 for _ in 0..length {
                     // In a list, truths have a byte each.
-                    self.skip(Value { kind: if kind == TRUE || kind == FALSE { BYTE } else { kind } })?;
+                    self.skip(if kind == TRUE || kind == FALSE { BYTE } else { kind })?;
                 }
                 self.depth -= 1;
                 Some(())
@@ -171,7 +168,7 @@ mod tests {
     fn fields_are_read_by_number_and_others_passed_over() {
         assert_eq!(numbers(&BYTES), Some(vec![-3, 7]));
         let mut rest = Thrift::new(&BYTES);
-        assert_eq!(rest.skip(Value { kind: STRUCT }), Some(()));
+        assert_eq!(rest.skip(STRUCT), Some(()));
         assert_eq!(rest.left(), 0);
     }
 
@@ -184,8 +181,8 @@ mod tests {
 
     #[test]
     fn what_is_nested_without_end_or_says_it_is_long_is_refused() {
-        assert_eq!(Thrift::new(&[0x1c; 100_000]).skip(Value { kind: STRUCT }), None);
-        assert_eq!(Thrift::new(&[0x19; 100_000]).skip(Value { kind: LIST }), None);
-        assert_eq!(Thrift::new(&[0xf5, 0xff, 0xff, 0xff, 0x7f]).skip(Value { kind: LIST }), None);
+        assert_eq!(Thrift::new(&[0x1c; 100_000]).skip(STRUCT), None);
+        assert_eq!(Thrift::new(&[0x19; 100_000]).skip(LIST), None);
+        assert_eq!(Thrift::new(&[0xf5, 0xff, 0xff, 0xff, 0x7f]).skip(LIST), None);
     }
 }
