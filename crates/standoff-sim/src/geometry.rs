@@ -26,7 +26,8 @@ impl<'a> Geometry<'a> {
     /// sensor is not pointed.
     #[must_use]
     pub fn line_of_sight_rad(&self, uav: &UavRow) -> Option<f64> {
-        line_of_sight_rad(uav, &self.known)
+        let [angle_rad, _] = lines_of_sight_rad([uav; 2], &self.known);
+        angle_rad
     }
 
     /// Distance from a group's estimated centre to the true centroid of the targets on its orbit, those in dwell
@@ -96,10 +97,18 @@ pub fn wanted_separation_rad(count: usize, pair_rad: f64) -> f64 {
     if count == 2 { pair_rad } else { TAU / count as f64 }
 }
 
-/// [`Geometry::line_of_sight_rad`], of these known targets.
-pub(crate) fn line_of_sight_rad(uav: &UavRow, known: &[Known]) -> Option<f64> {
-    let (group, (sin, cos)) = (uav.group?, math::sin_cos(uav.boresight_rad?));
-    // How far a member is across the boresight and along it, m.
+/// The lines of sight of two UAVs, which are worked on side by side (SIMD).
+pub(crate) fn lines_of_sight_rad(uavs: [&UavRow; 2], known: &[Known]) -> [Option<f64>; 2] {
+    let boresights = math::sin_cos_each(uavs.map(|uav| uav.boresight_rad.unwrap_or_default()));
+    let largest: [_; 2] = std::array::from_fn(|i| furthest_off(uavs[i], boresights[i], known));
+    let angles_rad = math::atan2_each(largest.map(Option::unwrap_or_default));
+    std::array::from_fn(|i| largest[i].map(|_| angles_rad[i]))
+}
+
+/// The member of the UAV's group furthest off its boresight, of which there are the sine and cosine: how far it is
+/// across it and along it, m. `None` where nothing is to be judged.
+fn furthest_off(uav: &UavRow, (sin, cos): (f64, f64), known: &[Known]) -> Option<(f64, f64)> {
+    let group = uav.group.filter(|_| uav.boresight_rad.is_some())?;
     let off = |member: Position| {
         let member_rel_uav = member - at(uav);
         let (x, y) = (member_rel_uav.x_m(), member_rel_uav.y_m());
@@ -108,8 +117,7 @@ pub(crate) fn line_of_sight_rad(uav: &UavRow, known: &[Known]) -> Option<f64> {
     let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
     // Those in dwell to it are not its duty yet.
     let in_duty = known.iter().filter(|known| known.group == Some(group));
-    let furthest = in_duty.map(|known| off(known.position)).reduce(|a, b| if is_larger(b, a) { b } else { a });
-    furthest.map(|(across_m, along_m)| math::atan2(across_m, along_m))
+    in_duty.map(|known| off(known.position)).reduce(|a, b| if is_larger(b, a) { b } else { a })
 }
 
 /// The UAVs whose sensors are pointed: which, where they are, and whither they look.

@@ -14,7 +14,7 @@ use standoff::{Covariance, Displacement, Position, math};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::geometry::{
-    Known, at, centre, centroid, existing, group_of, line_of_sight_rad, on_orbit, position_error_m, track_of,
+    Known, at, centre, centroid, existing, group_of, lines_of_sight_rad, on_orbit, position_error_m, track_of,
 };
 use bound::Bound;
 use innovation::Innovations;
@@ -34,8 +34,12 @@ struct Wanted {
     estimates: bool,
     consistency: bool,
     orbits: bool,
+    separation: bool,
     line_of_sight: bool,
     tallies: bool,
+    limits: bool,
+    coverage: bool,
+    events: bool,
 }
 
 impl Wanted {
@@ -52,6 +56,7 @@ impl Wanted {
                 "phase_error_deg",
                 "separation_min_group_m",
             ]),
+            separation: choice.wants(&["separation_min_m", "separation_min_layer_m"]),
             line_of_sight: choice.wants(&["line_of_sight_deg", "line_of_sight_max_deg"]),
             tallies: choice.wants(&[
                 "watched_fraction",
@@ -62,6 +67,9 @@ impl Wanted {
                 "anees_quiet",
                 "anees_manoeuvring",
             ]),
+            limits: choice.wants(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
+            coverage: choice.wants(&["uncovered_fraction"]),
+            events: choice.wants(&["handoffs", "discards"]),
         }
     }
 }
@@ -94,6 +102,10 @@ pub struct Scorer {
     surprises: Option<Surprises>,
     /// The targets known at this instant that exist.
     known: Vec<Known>,
+    /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
+    crew: Vec<Position>,
+    members: Vec<Position>,
+    from_centroid: Vec<Displacement>,
 }
 
 /// What the frames have come to, for the metrics of these names.
@@ -134,6 +146,9 @@ impl Scorer {
                 .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
                 .then(|| Surprises::new(rules.clone())),
             known: Vec::new(),
+            crew: Vec::new(),
+            members: Vec::new(),
+            from_centroid: Vec::new(),
             rules,
         }
     }
@@ -154,22 +169,30 @@ impl Scorer {
         if wanted.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
-        self.separations(&frame.uavs);
+        if wanted.separation {
+            self.separations(&frame.uavs);
+        }
         if wanted.line_of_sight {
             self.lines_of_sight(frame);
         }
-        for uav in &frame.uavs {
-            let group = group_of(frame, uav);
-            self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
-            self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
+        if wanted.limits {
+            for uav in &frame.uavs {
+                let group = group_of(frame, uav);
+                self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
+                self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
+            }
         }
-        for truth in &frame.truth {
-            let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
-            self.so_far.uncovered.add(f64::from(!covered));
+        if wanted.coverage {
+            for truth in &frame.truth {
+                let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
+                self.so_far.uncovered.add(f64::from(!covered));
+            }
         }
-        let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
-        self.so_far.handoffs += count("handoff-completed");
-        self.so_far.discards += count("discarded");
+        if wanted.events {
+            let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
+            self.so_far.handoffs += count("handoff-completed");
+            self.so_far.discards += count("discarded");
+        }
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
@@ -210,8 +233,8 @@ impl Scorer {
             separation_min_m: self.so_far.separation_min_m,
             separation_min_layer_m: self.so_far.separation_min_layer_m,
             separation_min_group_m: self.so_far.separation_min_group_m,
-            handoffs: Some(self.so_far.handoffs),
-            discards: Some(self.so_far.discards),
+            handoffs: self.wanted.events.then_some(self.so_far.handoffs),
+            discards: self.wanted.events.then_some(self.so_far.discards),
             anees: self.so_far.nees.value(),
             anees_quiet: quiet,
             anees_manoeuvring: manoeuvring,
@@ -259,32 +282,35 @@ impl Scorer {
     /// Radii, phases and distances of the UAVs on one orbit.
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
         let settled = frame.time_us as f64 / 1e6 >= self.rules.settle_s;
-        let crew: Vec<Position> = frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at).collect();
+        self.crew.clear();
+        self.crew.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
         let centre = centre(group);
-        for (index, uav) in crew.iter().enumerate() {
+        for (index, uav) in self.crew.iter().enumerate() {
             let error_m = (uav.distance_m(centre) - group.standoff_distance_m).abs();
             self.so_far.distance.add(group.standoff_distance_m);
             self.so_far.tracking.add(error_m);
             if settled {
                 self.so_far.tracking_settled.add(error_m);
             }
-            for other in &crew[index + 1..] {
+            for other in &self.crew[index + 1..] {
                 take_least(&mut self.so_far.separation_min_group_m, uav.distance_m(*other));
             }
         }
 
-        let members: Vec<Position> = on_orbit(&self.known, group.group).collect();
-        let Some(centroid) = centroid(&members) else { return };
-        let standoff_m = self.rules.standoff_m(&members, centroid, 0.0);
-        for uav in &crew {
+        self.members.clear();
+        self.members.extend(on_orbit(&self.known, group.group));
+        let Some(centroid) = centroid(&self.members) else { return };
+        let standoff_m = self.rules.standoff_m(&self.members, centroid, 0.0);
+        for uav in &self.crew {
             let error_m = (uav.distance_m(centroid) - standoff_m).abs();
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
             }
         }
-        let from_centroid: Vec<Displacement> = crew.iter().map(|uav| *uav - centroid).collect();
-        if let Some(error_deg) = phase_error_deg(&from_centroid, self.rules.separation_rad) {
+        self.from_centroid.clear();
+        self.from_centroid.extend(self.crew.iter().map(|uav| *uav - centroid));
+        if let Some(error_deg) = phase_error_deg(&self.from_centroid, self.rules.separation_rad) {
             self.so_far.phase_deg.add(error_deg);
         }
     }
@@ -304,11 +330,15 @@ impl Scorer {
 
     /// How far off the boresights the members are. Before the sensors were first pointed there is nothing to judge.
     fn lines_of_sight(&mut self, frame: &Frame) {
-        for angle_rad in frame.uavs.iter().filter_map(|uav| line_of_sight_rad(uav, &self.known)) {
-            let largest_deg = angle_rad.to_degrees();
-            self.so_far.line_of_sight_deg.add(largest_deg);
-            self.so_far.line_of_sight_max_deg =
-                Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+        // By twos, which are worked on side by side (SIMD); a last one alone beside itself.
+        for pair in frame.uavs.chunks(2) {
+            let angles_rad = lines_of_sight_rad([&pair[0], &pair[pair.len() - 1]], &self.known);
+            for angle_rad in angles_rad.into_iter().take(pair.len()).flatten() {
+                let largest_deg = angle_rad.to_degrees();
+                self.so_far.line_of_sight_deg.add(largest_deg);
+                self.so_far.line_of_sight_max_deg =
+                    Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+            }
         }
     }
 }
