@@ -235,7 +235,7 @@ fn what_a_brain_does_not_report_is_null() {
     let manifest = folder.path().join("o/run.json");
     let text_before = fs::read_to_string(&manifest).unwrap();
     assert!(!text_before.contains("reported"), "{text_before}");
-    let silent = text_before.replacen('{', r#"{"reported": {"tracks": false, "groups": false},"#, 1);
+    let silent = text_before.replacen('{', r#"{"reported": {"tracks": false, "groups": false, "events": false},"#, 1);
     fs::write(&manifest, silent).unwrap();
     let shown = standoff(folder.path(), &["show", "o", "--json"]);
     assert!(text(&shown.stderr).contains("reports no tracks") && text(&shown.stderr).contains("reports no groups"));

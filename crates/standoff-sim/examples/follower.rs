@@ -13,7 +13,7 @@ use standoff::{Command, Displacement, LookAt, Message, Position, Scan, Step, Tim
 use standoff_sim::brain::Brain;
 use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+use standoff_sim::score::{Choice, Metrics, Scorer};
 
 /// One UAV's whole mind.
 #[derive(Clone, Copy)]
@@ -66,8 +66,7 @@ impl Brain for Follower {
 pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
     let brain = Box::new(Follower::new(scenario));
     let mut mission = Mission::with_brain(scenario, brain).map_err(|errors| errors[0].clone())?;
-    let rules = Rules { reported: mission.reported(), ..Rules::of(&scenario.settings) };
-    let mut scorer = Scorer::new(rules, Choice::standard());
+    let mut scorer = Scorer::new(mission.rules(), Choice::standard());
     while let Some(frame) = mission.frame() {
         scorer.frame(frame);
     }

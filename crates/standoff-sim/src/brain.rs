@@ -7,30 +7,31 @@ use standoff::{
     Agent, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
 };
 
-pub use crate::frame::{Frame, Reported};
+pub use crate::frame::{Beliefs, EventRow, GroupRow, Place, Reported, TrackRow, TrackStatus};
 use crate::rows;
 use crate::scenario::Minds;
 
 /// A team's brain, or the brains of its UAVs: what a mission asks at every instant, of every UAV, in this order.
 ///
-/// Nothing in it lives as long as a scenario or a mission: what comes in is borrowed for the call, what goes out is owned,
-/// or written where the caller says.
+/// Nothing in it lives as long as a scenario or a mission: what comes in is borrowed for the call, what goes out is owned, or
+/// the brain's to lend.
 pub trait Brain {
     /// A UAV at an instant: where it believes itself to be, and what its sensor measured; `None`: it is out, and neither
     /// looks nor speaks, but hears.
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>);
 
-    /// What a UAV has to say of what it observed last; the radio carries it to the others, except of a UAV that is out.
-    /// Brains that need no radio say nothing.
+    /// What a UAV has to say of what it observed last, lent to the radio, which carries it to the others as it is, except of
+    /// a UAV that is out. Brains that need no radio say nothing.
     fn outbox(&self, _uav: UavId) -> &[Message] {
         &[]
     }
 
-    /// A UAV hears a message of this instant: a teammate's report, or a cue.
+    /// A UAV hears a message of the instant that it observed last: teammates' reports by ascending UAV, then the cues of
+    /// targets that have just appeared.
     fn hear(&mut self, uav: UavId, message: &Message);
 
     /// What a UAV is to do until the next instant. A command outside the limits is flown at the limit, one without a number
-    /// straight on at nominal speed.
+    /// straight on at nominal speed; a place to look at or an altitude without a number is none.
     fn decide(&mut self, uav: UavId) -> Step;
 
     /// Which rows [`Self::report`] writes: what is not reported is not scored.
@@ -38,9 +39,8 @@ pub trait Brain {
         Reported::NOTHING
     }
 
-    /// Writes what the team believes and intends into the frame of this instant: rows of tracks, groups and events, each by
-    /// ascending id. The rest of the frame is the simulator's.
-    fn report(&self, _frame: &mut Frame) {}
+    /// Writes down what the team believes and intends at this instant, after all have decided. The tables are empty.
+    fn report(&self, _beliefs: &mut Beliefs) {}
 }
 
 /// The product as a brain; all parameters that are out of range are reported at once.
@@ -100,8 +100,8 @@ impl Brain for One {
         Reported::default()
     }
 
-    fn report(&self, frame: &mut Frame) {
-        rows::picture(self.fleet.picture(), frame);
+    fn report(&self, beliefs: &mut Beliefs) {
+        rows::picture(self.fleet.picture(), beliefs);
     }
 }
 
@@ -136,9 +136,9 @@ impl Brain for Each {
         Reported::default()
     }
 
-    fn report(&self, frame: &mut Frame) {
+    fn report(&self, beliefs: &mut Beliefs) {
         if let Some(first) = self.agents.first() {
-            rows::picture(first.picture(), frame);
+            rows::picture(first.picture(), beliefs);
         }
     }
 }

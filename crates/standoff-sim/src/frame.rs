@@ -9,25 +9,28 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reported {
-    /// Tracks, and what happens to them.
+    /// What it believes of targets.
     pub tracks: bool,
-    /// Groups and their orbits, and what happens to them.
+    /// Groups and their orbits, and which UAV serves which.
     pub groups: bool,
+    /// What happens: handoffs, discards.
+    pub events: bool,
 }
 
 impl Reported {
     /// Nothing: only where UAVs fly and where sensors point is known.
-    pub const NOTHING: Self = Self { tracks: false, groups: false };
+    pub const NOTHING: Self = Self { tracks: false, groups: false, events: false };
 
     /// All that is needed is told.
     pub(crate) fn has(self, needed: Self) -> bool {
-        (self.tracks || !needed.tracks) && (self.groups || !needed.groups)
+        (self.tracks || !needed.tracks) && (self.groups || !needed.groups) && (self.events || !needed.events)
     }
 }
 
 impl Default for Reported {
+    /// Everything.
     fn default() -> Self {
-        Self { tracks: true, groups: true }
+        Self { tracks: true, groups: true, events: true }
     }
 }
 
@@ -48,6 +51,30 @@ pub struct Frame {
     pub detections: Vec<DetectionRow>,
     /// What happened at this instant.
     pub events: Vec<EventRow>,
+}
+
+/// What a team believes and intends, as rows of the record. Of two rows of one target, or of one group, the first counts;
+/// those that hold a number that is none are left out.
+#[derive(Debug)]
+pub struct Beliefs<'a> {
+    /// Tracks, by ascending target: the label that sensors give it.
+    pub tracks: &'a mut Vec<TrackRow>,
+    /// Groups, by ascending group. A UAV serves the one that its step's diagnostics name.
+    pub groups: &'a mut Vec<GroupRow>,
+    /// What happened, in order.
+    pub events: &'a mut Vec<EventRow>,
+}
+
+impl Beliefs<'_> {
+    /// Brings what a foreign brain wrote into the order and the soundness that scores and records count on.
+    pub(crate) fn tidy(&mut self) {
+        self.tracks.retain(|row| row.state.iter().chain(&row.covariance).all(|number| number.is_finite()));
+        self.tracks.sort_by_key(|row| row.target);
+        self.tracks.dedup_by_key(|row| row.target);
+        self.groups.retain(GroupRow::is_finite);
+        self.groups.sort_by_key(|row| row.group);
+        self.groups.dedup_by_key(|row| row.group);
+    }
 }
 
 /// A UAV: its state when the sensors spoke, and the command it then gave.
@@ -196,6 +223,20 @@ pub struct GroupRow {
     pub altitude_m: f64,
     /// Smallest distance between two of its UAVs, m.
     pub separation_m: Option<f64>,
+}
+
+impl GroupRow {
+    /// All its numbers are.
+    pub(crate) fn is_finite(&self) -> bool {
+        let Self { x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, altitude_m, .. } = *self;
+        let Self { standoff_unclamped_m, standoff_distance_m, standoff_rate_m_s, .. } = *self;
+        let some = [self.turn_limit_m, self.convergence_threshold_m2_s, self.separation_m];
+        let all = [x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, altitude_m]
+            .into_iter()
+            .chain([standoff_unclamped_m, standoff_distance_m, standoff_rate_m_s])
+            .chain(some.into_iter().flatten());
+        all.into_iter().all(f64::is_finite)
+    }
 }
 
 /// A measurement (7).

@@ -55,7 +55,12 @@ impl<'a> Geometry<'a> {
 /// r - r_d of a UAV by the agents' own view of its group, m; positive outside the orbit.
 #[must_use]
 pub fn tracking_error_m(uav: &UavRow, group: &GroupRow) -> f64 {
-    at(uav).distance_m(centre(group)) - group.standoff_distance_m
+    off_orbit_m(at(uav), centre(group), group.standoff_distance_m)
+}
+
+/// How far a UAV is off an orbit, m; positive outside, negative inside.
+pub(crate) fn off_orbit_m(uav: Position, centre: Position, radius_m: f64) -> f64 {
+    uav.distance_m(centre) - radius_m
 }
 
 /// The group that a UAV serves.

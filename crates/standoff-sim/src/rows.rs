@@ -5,7 +5,7 @@ use standoff::{
     TrackStatus as Status, UavId, UavState,
 };
 
-use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::frame::{Beliefs, DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use crate::world::Truth;
 
 /// Makes a frame one that holds the truth of an instant and nothing else yet.
@@ -108,15 +108,15 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
 }
 
 /// Adds what an agent believes and intends, and what happened.
-pub(crate) fn picture(picture: &Picture, frame: &mut Frame) {
-    frame.events.extend(picture.events.iter().map(|of| event(of, picture)));
+pub(crate) fn picture(picture: &Picture, beliefs: &mut Beliefs) {
+    beliefs.events.extend(picture.events.iter().map(|of| event(of, picture)));
     // Not by extending with what is filtered: long rows would be copied once more.
     for known in picture.known() {
         if let Some(status) = live_status(known) {
-            frame.tracks.push(track(known, status));
+            beliefs.tracks.push(track(known, status));
         }
     }
-    frame.groups.extend(picture.groups.iter().map(|group| {
+    beliefs.groups.extend(picture.groups.iter().map(|group| {
         let centre = group.centre.estimate().state;
         GroupRow {
             group: group.id.0,

@@ -8,7 +8,7 @@ use standoff::{
     Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Time, UavId, UavState, Velocity,
 };
 
-use crate::brain::{self, Brain};
+use crate::brain::{self, Beliefs, Brain};
 use crate::draws::Draws;
 use crate::frame::{Frame, Reported};
 use crate::rows;
@@ -42,6 +42,8 @@ pub struct Mission {
     /// How they answer commands that are held for a period.
     response: Response,
     brain: Box<dyn Brain>,
+    /// The brain is not the product.
+    is_foreign: bool,
     radio: Radio,
     /// Who has been cued, by target: their ids are places in a list.
     cued: Vec<bool>,
@@ -58,7 +60,7 @@ pub fn fly(scenario: &Scenario, choice: Choice) -> Result<Metrics, Vec<ParamErro
 /// Flies a mission for as long as `go_on`, asked before every instant, says yes, and scores what was flown.
 pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) -> Result<Metrics, Vec<ParamError>> {
     let mut mission = Mission::new(scenario)?;
-    let mut scorer = Scorer::new(Rules::of(&scenario.settings), choice);
+    let mut scorer = Scorer::new(mission.rules(), choice);
     while go_on() {
         let Some(frame) = mission.frame() else { break };
         scorer.frame(frame);
@@ -109,13 +111,14 @@ impl Mission {
     /// A mission at its start, flown by the product; all that is out of range, also at this period, is reported at once.
     pub fn new(scenario: &Scenario) -> Result<Self, Vec<ParamError>> {
         let Settings { minds, team, .. } = &scenario.settings;
-        Self::with_brain(scenario, brain::of_team(*minds, *team, scenario.uavs.len())?)
+        let brain = brain::of_team(*minds, *team, scenario.uavs.len())?;
+        Ok(Self { is_foreign: false, ..Self::with_brain(scenario, brain)? })
     }
 
     /// The same, flown by a brain of your own.
     pub fn with_brain(scenario: &Scenario, brain: Box<dyn Brain>) -> Result<Self, Vec<ParamError>> {
         let settings = scenario.settings.clone();
-        let errors = settings.team.uav.errors_over(settings.period);
+        let errors = settings.team.errors_over(settings.period);
         if !errors.is_empty() {
             return Err(errors);
         }
@@ -136,6 +139,7 @@ impl Mission {
             uavs: uavs.collect(),
             response: settings.team.uav.response(settings.period),
             brain,
+            is_foreign: true,
             radio: Radio::default(),
             cued: Vec::new(),
             tick: 0,
@@ -148,6 +152,11 @@ impl Mission {
     /// What its brain tells of what it believes and intends.
     pub fn reported(&self) -> Reported {
         self.brain.reported()
+    }
+
+    /// The rules by which it is scored: what its brain does not tell is not.
+    pub fn rules(&self) -> Rules {
+        Rules { reported: self.reported(), ..Rules::of(&self.settings) }
     }
 
     /// Number of frames of the whole mission.
@@ -237,6 +246,8 @@ impl Mission {
             // Whoever's brain it is, no UAV flies what it cannot.
             let limited = settings.team.uav.limit(step.command);
             step.command = limited.command;
+            step.look_at = step.look_at.filter(|look| look.position.is_finite() && look.velocity.is_finite());
+            step.altitude_m = step.altitude_m.filter(|altitude_m| altitude_m.is_finite());
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             frame.uavs.push(rows::uav(uav.id, &uav.truth, uav.boresight, &step));
@@ -245,7 +256,12 @@ impl Mission {
             uav.truth = self.response.step(&uav.truth, uav.command);
             uav.belief = uav.truth;
         }
-        brain.report(frame);
+        let Frame { tracks, groups, events, .. } = frame;
+        let mut beliefs = Beliefs { tracks, groups, events };
+        brain.report(&mut beliefs);
+        if self.is_foreign {
+            beliefs.tidy();
+        }
     }
 }
 

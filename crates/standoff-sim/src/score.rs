@@ -14,7 +14,8 @@ use standoff::{Covariance, Displacement, Position, math};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::geometry::{
-    Known, at, centre, centroid, existing, group_of, lines_of_sight_rad, on_orbit, position_error_m, track_of,
+    Known, at, centre, centroid, existing, group_of, lines_of_sight_rad, off_orbit_m, on_orbit, position_error_m,
+    track_of,
 };
 use bound::Bound;
 use innovation::Innovations;
@@ -286,7 +287,7 @@ impl Scorer {
         self.crew.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
         let centre = centre(group);
         for (index, uav) in self.crew.iter().enumerate() {
-            let error_m = (uav.distance_m(centre) - group.standoff_distance_m).abs();
+            let error_m = off_orbit_m(*uav, centre, group.standoff_distance_m).abs();
             self.so_far.distance.add(group.standoff_distance_m);
             self.so_far.tracking.add(error_m);
             if settled {
@@ -302,7 +303,7 @@ impl Scorer {
         let Some(centroid) = centroid(&self.members) else { return };
         let standoff_m = self.rules.standoff_m(&self.members, centroid, 0.0);
         for uav in &self.crew {
-            let error_m = (uav.distance_m(centroid) - standoff_m).abs();
+            let error_m = off_orbit_m(*uav, centroid, standoff_m).abs();
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
@@ -442,7 +443,7 @@ mod tests {
             frame.tracks.iter_mut().for_each(|track| (track.group, track.to_group) = (None, None));
         }
         let scored = |tracks: bool, frames: &[Frame]| {
-            let metrics = score(&Rules { reported: Reported { tracks, groups: false }, ..rules.clone() }, frames);
+            let metrics = score(&Rules { reported: Reported { tracks, ..Reported::NOTHING }, ..rules.clone() }, frames);
             let both = Metrics::NAMES.iter().zip(metrics.values().into_iter().zip(whole.values()));
             both.filter(|(_, (value, _))| value.is_some())
                 .inspect(|(name, (value, whole))| {
@@ -465,7 +466,7 @@ mod tests {
         assert_eq!(more, ["position_error_all_m", "nis"]);
         // Who does tell of tracks and groups, but has none, watches nothing.
         assert_eq!(score(&rules, &frames).watched_fraction, Some(0.0));
-        let told = Rules { reported: Reported { tracks: false, groups: true }, ..rules };
+        let told = Rules { reported: Reported { tracks: false, ..Reported::default() }, ..rules };
         let mut scorer = Scorer::new(told, Choice::ALL);
         frames.iter().for_each(|frame| scorer.frame(frame));
         assert!(scorer.targets().all(|one| one.watched_fraction.is_none() && one.seen_fraction.is_some()));

@@ -9,11 +9,11 @@ mod follower;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use standoff::{Command, Message, Scan, Step, Time, UavId, UavState};
-use standoff_sim::brain::{Brain, Frame, Reported};
+use standoff::{Command, LookAt, Message, Position, Scan, Step, Time, UavId, UavState, Velocity};
+use standoff_sim::brain::{Beliefs, Brain, Place, Reported, TrackRow, TrackStatus};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{BUILT_IN, Edits, Minds, Scenario};
-use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+use standoff_sim::score::{Choice, Metrics, Scorer};
 
 fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
     let set = set.iter().map(|key| (*key).to_owned()).collect();
@@ -80,17 +80,16 @@ impl Brain for Renamed {
     fn reported(&self) -> Reported {
         Reported::default()
     }
-    fn report(&self, frame: &mut Frame) {
-        self.inner.report(frame);
-        frame.tracks.iter_mut().for_each(|track| track.track += 1000);
-        frame.events.iter_mut().for_each(|event| event.track = event.track.map(|track| track + 1000));
+    fn report(&self, beliefs: &mut Beliefs) {
+        self.inner.report(beliefs);
+        beliefs.tracks.iter_mut().for_each(|track| track.track += 1000);
+        beliefs.events.iter_mut().for_each(|event| event.track = event.track.map(|track| track + 1000));
     }
 }
 
 fn scored(scenario: &Scenario, brain: Box<dyn Brain>) -> Metrics {
     let mut mission = Mission::with_brain(scenario, brain).unwrap();
-    let rules = Rules { reported: mission.reported(), ..Rules::of(&scenario.settings) };
-    let mut scorer = Scorer::new(rules, Choice::parse("all").unwrap());
+    let mut scorer = Scorer::new(mission.rules(), Choice::parse("all").unwrap());
     while let Some(frame) = mission.frame() {
         scorer.frame(frame);
     }
@@ -151,23 +150,42 @@ fn the_book_quotes_what_the_follower_prints() {
     assert_eq!(quoted.lines().collect::<Vec<_>>(), follower::compared("tour/04-two-groups", 1).unwrap());
 }
 
-/// Asks for what no UAV can fly.
+/// Tells what nobody can make sense of, and asks for what no UAV can fly.
 struct Wild;
 
 impl Brain for Wild {
     fn observe(&mut self, _: Time, _: UavId, _: &UavState, _: Option<Scan>) {}
     fn hear(&mut self, _: UavId, _: &Message) {}
     fn decide(&mut self, uav: UavId) -> Step {
-        Step::of(match uav.0 {
+        let nowhere = LookAt { position: Position::from_m(f64::NAN, 0.0), velocity: Velocity::ZERO };
+        let command = match uav.0 {
             0 => Command { speed_m_s: f64::NAN, turn_rate_rad_s: f64::INFINITY },
             _ => Command { speed_m_s: 1e9, turn_rate_rad_s: -1e9 },
-        })
+        };
+        Step { look_at: Some(nowhere), altitude_m: Some(f64::INFINITY), ..Step::of(command) }
+    }
+    fn reported(&self) -> Reported {
+        Reported { groups: false, ..Reported::default() }
+    }
+    fn report(&self, beliefs: &mut Beliefs) {
+        let row = |target, x_m| TrackRow {
+            target,
+            track: 7,
+            status: TrackStatus::Held,
+            place: Place::Unassigned,
+            group: None,
+            to_group: None,
+            state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0],
+            covariance: [1.0; 21],
+        };
+        beliefs.tracks.extend([row(1, 3.0), row(0, 1.0), row(0, 2.0), row(0, f64::NAN)]);
     }
 }
 
-/// Whatever a brain asks for, its UAVs fly what they can, and the record says that they were limited.
+/// Whatever a brain asks for and tells, its UAVs fly what they can, the record says that they were limited, and no number
+/// in it is none.
 #[test]
-fn no_brain_flies_a_uav_beyond_its_limits() {
+fn no_brain_flies_a_uav_beyond_its_limits_or_breaks_a_frame() {
     let scenario = load("tour/02-two-uavs", &[], 1);
     let mut mission = Mission::with_brain(&scenario, Box::new(Wild)).unwrap();
     while let Some(frame) = mission.frame() {
@@ -175,6 +193,12 @@ fn no_brain_flies_a_uav_beyond_its_limits() {
             assert!(uav.speed_limited && uav.turn_rate_limited);
             assert!((25.0..=55.0).contains(&uav.speed_command_m_s) && uav.turn_rate_command_rad_s.abs() <= 0.3);
             assert!(uav.x_m.is_finite() && uav.y_m.is_finite() && uav.heading_rad.is_finite());
+            assert_eq!((uav.boresight_rad, uav.altitude_m), (None, None));
         }
+        let tracks: Vec<_> = frame.tracks.iter().map(|track| (track.target, track.state[0])).collect();
+        assert_eq!(tracks, [(0, 1.0), (1, 3.0)]);
     }
+    let metrics = scored(&scenario, Box::new(Wild));
+    assert!(metrics.position_error_all_m.is_some_and(f64::is_finite) && metrics.watched_fraction.is_none());
+    assert_eq!(metrics.handoffs, Some(0));
 }

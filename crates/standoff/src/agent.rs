@@ -6,6 +6,7 @@
 //!
 //! Everything up to the orbit is the team's [`Picture`], which every agent computes alike; the rest is this UAV's own.
 
+use crate::inbox::keep_sound;
 use crate::message::{Message, Report, Scan};
 use crate::mind::{GAP_MAX, Mind};
 use crate::param::ParamError;
@@ -89,7 +90,8 @@ impl Agent {
         self.id
     }
 
-    /// What the team knows and intends, as of the last decision.
+    /// What the team knows and intends, as of the last decision. (Of an instant of which none was asked for, once another
+    /// is observed.)
     pub fn picture(&self) -> &Picture {
         self.mind.picture()
     }
@@ -97,7 +99,7 @@ impl Agent {
     /// First half of an instant: takes in where the UAV is and what its sensor measured, both of `now`. Without a scan
     /// the UAV neither looks nor speaks.
     ///
-    /// An instant is observed once: whatever comes with the same time again changes nothing. Time that runs backward, or
+    /// Of an instant the first observation with a scan counts. Time that runs backward, or
     /// jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or said, the command is from
     /// what was known, and the next instant may be right again. [`Self::reset`] makes the agent follow a time that stays
     /// elsewhere.
@@ -115,7 +117,7 @@ impl Agent {
     /// while the own state is not finite.
     pub fn outbox(&self, observation: &Observation) -> &[Message] {
         match self.outbox.last() {
-            Some(Message::Report(report)) if report.time == observation.time && self.mind.is_of_now(observation) => {
+            Some(Message::Report(report)) if report.time == observation.time && self.is_of_now(observation) => {
                 &self.outbox
             }
             _ => &[],
@@ -123,10 +125,10 @@ impl Agent {
     }
 
     /// Takes a message in. It counts if it is of the observed instant, and is refused and counted if not; order and
-    /// repetition do not matter. The own report is known already, and of an instant that is over nothing is heard.
+    /// repetition do not matter. The own report is known already, and with an observation of an instant that is over, or of another agent's, nothing is heard.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
         let is_own = matches!(message, Message::Report(report) if report.uav == self.id);
-        if !is_own {
+        if !is_own && self.is_of_now(observation) {
             self.mind.hear(observation, message);
         }
     }
@@ -139,6 +141,11 @@ impl Agent {
         self.mind.decide(observation)
     }
 
+    /// The observation is this agent's, and of this instant.
+    fn is_of_now(&self, observation: &Observation) -> bool {
+        observation.uav() == self.id && self.mind.is_of_now(observation)
+    }
+
     /// Writes the own report, in the place of one of an earlier instant.
     fn compose(&mut self, observation: &Observation, scan: Scan) {
         let Observation { uav, time, own: state } = *observation;
@@ -147,8 +154,7 @@ impl Agent {
             Some(Message::Report(old)) => old.detections,
             _ => Vec::new(),
         };
-        detections.clear();
-        detections.extend_from_slice(scan.detections);
+        keep_sound(scan.detections, &mut detections);
         self.outbox.push(Message::Report(Report { uav, epoch, sequence, time, state, boresight, detections }));
     }
 }

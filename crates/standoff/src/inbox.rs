@@ -134,7 +134,7 @@ impl Inbox {
 }
 
 /// Makes `kept` what is sound of a scan, by ascending label, no label twice.
-fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
+pub(crate) fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
     kept.clear();
     kept.extend_from_slice(detections);
     if !kept.iter().all(Detection::is_sound) {

@@ -39,7 +39,7 @@ pub use coordination::event::{DissolutionReason, Event, EventKind};
 pub use coordination::group::Group;
 pub use coordination::group_id::GroupId;
 pub use coordination::handoff::Handoff;
-pub use coordination::memberships::{Known, Membership, Memberships};
+pub use coordination::memberships::{Known, Membership};
 pub use coordination::teammate::Teammate;
 pub use covariance::Covariance;
 pub use estimation::information_filter::{Contribution, Estimate, InformationFilter};

@@ -49,7 +49,7 @@ pub struct Report {
     pub uav: UavId,
     /// Counts the speaker's restarts.
     pub epoch: u32,
-    /// Counts the speaker's scans within an epoch.
+    /// Grows with every instant of the speaker within an epoch.
     pub sequence: u32,
     /// When the scan was made.
     pub time: Time,

@@ -16,18 +16,19 @@ use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, LimitedCommand, UavId, UavState};
 
-/// An instant that comes later than this after the one before is taken for a clock that has jumped. Believed, one wrong
-/// time would be waited for until it comes, and everything known would be lost on the way there. This is the longest
-/// period that the simulator flies.
+/// See [`Agent::GAP_MAX`](crate::Agent::GAP_MAX).
 pub(crate) const GAP_MAX: Duration = Duration::from_us(10_000_000);
 
 /// The picture and what it is made from.
 #[derive(Debug, Clone)]
 pub(crate) struct Mind {
     params: TeamParams,
+    now: Time,
     /// The picture of the instant before this one.
     previous: Picture,
+    /// That of this instant, once one was asked for.
     picture: Picture,
+    is_formed: bool,
     inbox: Inbox,
     /// The target model over the time since the previous picture.
     transition: Transition,
@@ -48,8 +49,10 @@ impl Mind {
         }
         Ok(Self {
             params,
+            now: Time::START,
             previous: Picture::default(),
             picture: Picture::default(),
+            is_formed: false,
             inbox: Inbox::new(Duration::from_s(params.teammate_timeout_s)),
             transition: Transition::none(),
             scratch: Scratch::default(),
@@ -60,8 +63,9 @@ impl Mind {
         })
     }
 
+    /// The picture as of the last decision, or of the last instant that another one followed.
     pub(crate) fn picture(&self) -> &Picture {
-        &self.picture
+        if self.is_formed { &self.picture } else { &self.previous }
     }
 
     /// Counts the instants up to this one.
@@ -73,10 +77,10 @@ impl Mind {
     /// The first observation of an instant that a UAV speaks of counts. An instant that is neither new nor the picture's
     /// own is counted, and nothing can be heard of it.
     pub(crate) fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<(u32, Scan)>) -> Observation {
-        let gap = now - self.picture.time;
+        let gap = now - self.now;
         if !self.started || gap > Duration::ZERO && gap <= GAP_MAX {
             self.open(now);
-        } else if now != self.picture.time {
+        } else if now != self.now {
             self.refused_instants = self.refused_instants.saturating_add(1);
             return Observation { uav, time: now, own: *own };
         }
@@ -93,24 +97,28 @@ impl Mind {
         (self.previous, self.picture) = (Picture::default(), Picture::default());
         (self.transition, self.scratch) = (Transition::none(), Scratch::default());
         self.inbox.reset();
-        (self.started, self.is_stale) = (false, false);
+        (self.started, self.is_stale, self.is_formed) = (false, false, false);
     }
 
     fn open(&mut self, now: Time) {
+        // An instant of which nobody asked for a decision is part of the past all the same.
+        if self.is_stale {
+            self.follow();
+        }
         core::mem::swap(&mut self.previous, &mut self.picture);
-        let dt = if self.started { now - self.previous.time } else { Duration::ZERO };
-        (self.started, self.is_stale) = (true, true);
+        let dt = if self.started { now - self.now } else { Duration::ZERO };
+        (self.started, self.is_stale, self.is_formed) = (true, true, false);
         self.sequence = self.sequence.wrapping_add(1);
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
-        self.picture.time = now;
+        self.now = now;
         self.inbox.open(now);
     }
 
     /// `observation` is of this instant.
     pub(crate) fn is_of_now(&self, observation: &Observation) -> bool {
-        self.started && observation.time == self.picture.time
+        self.started && observation.time == self.now
     }
 
     /// Takes a message in; nothing of an instant that is over or was refused.
@@ -123,9 +131,9 @@ impl Mind {
 
     /// Makes the picture of this instant from all that was heard by now.
     fn follow(&mut self) {
-        let news = News { now: self.picture.time, inbox: &self.inbox, transition: &self.transition };
+        let news = News { now: self.now, inbox: &self.inbox, transition: &self.transition };
         self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
-        self.is_stale = false;
+        (self.is_stale, self.is_formed) = (false, true);
     }
 
     /// What the UAV that was observed is to do.
@@ -135,7 +143,7 @@ impl Mind {
         }
         let Observation { uav: id, ref own, .. } = *observation;
         let own_state_invalid = !own.is_finite();
-        let group = self.picture.group_of(id).filter(|_| !own_state_invalid);
+        let group = self.picture().group_of(id).filter(|_| !own_state_invalid);
         let (wanted, spacing_error_rad, steering) = match group {
             _ if own_state_invalid => {
                 (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
@@ -160,7 +168,7 @@ impl Mind {
                     let others = mates.map(|(at, _, _)| at.distance_m(own.position));
                     others.reduce(f64::min)
                 }),
-                unassigned_targets: self.picture.unassigned,
+                unassigned_targets: self.picture().unassigned,
                 refused_messages: self.inbox.refused(),
                 refused_instants: self.refused_instants,
                 own_state_invalid,
@@ -170,13 +178,13 @@ impl Mind {
 
     /// The other UAVs of a group: where they are, who they are, and where on its orbit.
     fn mates(&self, id: UavId, group: GroupId) -> impl Iterator<Item = (Position, UavId, &OnOrbit)> {
-        let crew = self.picture.on_orbit_of(group).filter(move |(mate, _)| mate.uav != id);
+        let crew = self.picture().on_orbit_of(group).filter(move |(mate, _)| mate.uav != id);
         crew.map(|(mate, on_orbit)| (mate.state.position, mate.uav, on_orbit))
     }
 
     /// Where an observed UAV is on its group's orbit, if it was heard of this very instant: then that is known.
     fn on_orbit_as_heard(&self, observation: &Observation, group: GroupId) -> Option<&OnOrbit> {
-        let mut crew = self.picture.on_orbit_of(group);
+        let mut crew = self.picture().on_orbit_of(group);
         let own = crew.find(|(mate, _)| mate.uav == observation.uav && mate.is_heard && self.is_of_now(observation));
         own.map(|(_, on_orbit)| on_orbit)
     }
@@ -237,11 +245,12 @@ impl Mind {
     }
 
     /// The nearest track, a lost one where it was lost if there are no others; `None` for a UAV that the team does not
-    /// hear: it knows nothing.
+    /// hear: nobody counts on it.
     fn nearest_known(&self, id: UavId, own: &UavState) -> Option<LookAt> {
-        self.picture.teammate(id)?;
+        self.picture().teammate(id)?;
         let nearest = |lost: bool| {
-            let tracks = self.picture.known().iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
+            let tracks =
+                self.picture().known().iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
             let places = tracks.map(|track| {
                 let state = track.estimate().state;
                 let velocity = if lost { Velocity::ZERO } else { state.velocity() };

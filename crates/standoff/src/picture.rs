@@ -300,6 +300,7 @@ impl Picture {
     fn assign_crew(&mut self, previous: &Picture, params: &TeamParams) {
         self.crew.clear();
         if self.groups.is_empty() {
+            self.team.iter_mut().for_each(|mate| mate.group = None);
             return;
         }
         let Some(reason) = self.reason_to_assign(previous) else {

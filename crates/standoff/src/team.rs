@@ -9,6 +9,7 @@ use crate::guidance::vector_field::Sense;
 use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
+use crate::time::Duration;
 use crate::uav::{Integrator, UavParams};
 
 pub use group_params::{CentreEstimate, GroupParams, Margin, Objective, OnMembershipChange};
@@ -105,6 +106,11 @@ impl TeamParams {
                 separation_rad: 90f64.to_radians(),
             },
         }
+    }
+
+    /// What the UAVs cannot be carried on with over a period: [`UavParams::errors_over`].
+    pub fn errors_over(&self, period: Duration) -> Vec<ParamError> {
+        errors_of([("uav", self.uav.errors_over(period))])
     }
 
     /// Every parameter that is out of range, alone or beside another: the smallest orbit lies within the sensing range,

@@ -88,6 +88,46 @@ fn an_instant_is_observed_once() {
     }
 }
 
+/// An instant of which nobody asked for a decision is known all the same; until the next decision the picture is the last
+/// one decided.
+#[test]
+fn an_instant_that_is_not_decided_is_not_forgotten() {
+    let mut team = Team::new(2, 4);
+    let mut agents = [team.agents[0].clone(), team.agents[0].clone()];
+    for tick in 0..60 {
+        let (now, scans, inbox) = team.speak(tick);
+        let own = team.states[0];
+        for (agent, skips) in agents.iter_mut().zip([false, true]) {
+            let before = agent.picture().clone();
+            let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
+            assert!(*agent.picture() == before || skips && (tick - 1) % 7 > 4, "tick {tick}");
+            inbox.iter().for_each(|message| agent.hear(&observation, message));
+            if !(skips && tick % 7 > 4) {
+                agent.decide(&observation);
+                assert_eq!(agent.picture().time, now);
+            }
+        }
+        team.decide(now, &scans, &inbox);
+        if tick % 7 <= 4 {
+            assert_eq!(format!("{:?}", agents[1].picture()), format!("{:?}", agents[0].picture()), "tick {tick}");
+        }
+    }
+}
+
+/// Nothing is heard or said with another agent's observation.
+#[test]
+fn another_agents_observation_opens_no_ear() {
+    let mut team = Team::new(2, 3);
+    let (now, scans, inbox) = team.speak(0);
+    let own = team.states[0];
+    let other = team.agents[1].clone().observe(now, &own, Some(scan_of(&scans[1])));
+    let observation = team.agents[0].observe(now, &own, Some(scan_of(&scans[0])));
+    inbox.iter().for_each(|message| team.agents[0].hear(&other, message));
+    assert!(team.agents[0].outbox(&other).is_empty() && !team.agents[0].outbox(&observation).is_empty());
+    team.agents[0].decide(&observation);
+    assert!(team.agents[0].picture().known().is_empty());
+}
+
 /// Nothing is heard with an observation of an instant that is over.
 #[test]
 fn what_is_heard_of_an_old_observation_changes_nothing() {

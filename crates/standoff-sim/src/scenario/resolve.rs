@@ -80,9 +80,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     let (settings, passed) = settings(&file);
     let mut problems = drawing.problems;
     check_who(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
-    let uav = &settings.team.uav;
-    let over = uav.errors_over(settings.period).into_iter();
-    let over = over.map(|error| ParamError { path: format!("uav.{}", error.path), ..error });
+    let over = settings.team.errors_over(settings.period);
     check_settings(&file, settings.team.errors().into_iter().chain(over).collect(), &passed, &mut problems);
     report(problems, typed, seed)?;
     let scattered = scatter.map_or(0, |scatter| scatter.count as u64);

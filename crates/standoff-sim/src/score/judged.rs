@@ -6,7 +6,7 @@ use standoff::{Angle, Position};
 
 use super::rules::Rules;
 use crate::frame::{Frame, UavRow, ViewRow};
-use crate::geometry::{Geometry, at, centroid, is_seen, looking, position, truth_of};
+use crate::geometry::{Geometry, at, centroid, is_seen, looking, off_orbit_m, position, truth_of};
 
 /// A frame, judged by the true geometry.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ impl<'a> Judged<'a> {
     #[must_use]
     pub fn standoff_error_m(&self, uav: &UavRow) -> Option<f64> {
         let (centroid, standoff_m) = self.orbits.get(&uav.group?)?;
-        Some(at(uav).distance_m(*centroid) - standoff_m)
+        Some(off_orbit_m(at(uav), *centroid, *standoff_m))
     }
 
     /// Whether any UAV has a target in view, as `out_of_view_fraction` takes it; `None` at the first cue, before which no

@@ -108,7 +108,8 @@ const NEITHER: Option<BadEnd> = None;
 const NOTHING: Reported = Reported::NOTHING;
 const TRACKS: Reported = Reported { tracks: true, ..NOTHING };
 const GROUPS: Reported = Reported { groups: true, ..NOTHING };
-const BOTH: Reported = Reported { tracks: true, groups: true };
+const BOTH: Reported = Reported { tracks: true, groups: true, ..NOTHING };
+const EVENTS: Reported = Reported { events: true, ..NOTHING };
 
 metrics! {
     /// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a
@@ -159,9 +160,9 @@ metrics! {
         /// The same of two of one group, m.
         separation_min_group_m: f64, "smallest separation of two UAVs of a group", SMALL, 10.0, GROUPS;
         /// Completed handoffs.
-        handoffs: u64, "handoffs", NEITHER, 0.1, GROUPS;
+        handoffs: u64, "handoffs", NEITHER, 0.1, EVENTS;
         /// Targets removed from a group because no orbit could hold them.
-        discards: u64, "discards", NEITHER, 0.1, GROUPS;
+        discards: u64, "discards", NEITHER, 0.1, EVENTS;
         /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
         anees: f64, "consistency of estimates (1 is right)", NEITHER, 0.05, BOTH;
         /// The same of the targets that never manoeuvre, where some do.

@@ -13,7 +13,7 @@ use standoff::{Duration, Position, TargetState, Transition};
 use super::mean::Mean;
 use super::rules::Rules;
 use crate::frame::{Frame, GroupRow, TrackRow};
-use crate::geometry::{Known, at, centre, centroid, on_orbit};
+use crate::geometry::{Known, at, centre, centroid, off_orbit_m, on_orbit};
 
 /// Surprises of a run, from `settle_s` on.
 #[derive(Debug, Clone)]
@@ -57,22 +57,22 @@ impl Surprises {
         if ids(&self.before) != ids(&frame.tracks) {
             return;
         }
-        let foretold = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into())).position();
-        let members: Vec<Position> = self.before.iter().filter(is_on).map(foretold).collect();
+        let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into())).position();
+        let members: Vec<Position> = self.before.iter().filter(is_on).map(expected).collect();
         let truths: Vec<Position> = on_orbit(known, group.group).collect();
         let (Some(middle), Some(true_middle)) = (centroid(&members), centroid(&truths)) else { return };
 
         let true_m = self.rules.standoff_m(&truths, true_middle, 0.0);
-        let foretold_true_m = self.rules.standoff_m(&members, middle, 0.0);
+        let expected_true_m = self.rules.standoff_m(&members, middle, 0.0);
         // The agents' own centre goes on as it went.
         let period_s = self.rules.period_s;
         let centre = centre(group);
-        let foretold_centre = Position::from_m(old.x_m + old.vx_m_s * period_s, old.y_m + old.vy_m_s * period_s);
-        let foretold_own_m = self.rules.standoff_m(&members, foretold_centre, group.margin_m);
+        let expected_centre = Position::from_m(old.x_m + old.vx_m_s * period_s, old.y_m + old.vy_m_s * period_s);
+        let expected_own_m = self.rules.standoff_m(&members, expected_centre, group.margin_m);
         for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
-            let off_m = |centre: Position, radius_m: f64| at(uav).distance_m(centre) - radius_m;
-            self.truth.add((off_m(true_middle, true_m) - off_m(middle, foretold_true_m)).abs());
-            let own_m = off_m(centre, group.standoff_distance_m) - off_m(foretold_centre, foretold_own_m);
+            let off_m = |centre: Position, radius_m: f64| off_orbit_m(at(uav), centre, radius_m);
+            self.truth.add((off_m(true_middle, true_m) - off_m(middle, expected_true_m)).abs());
+            let own_m = off_m(centre, group.standoff_distance_m) - off_m(expected_centre, expected_own_m);
             self.own.add(own_m.abs());
         }
     }

@@ -10,7 +10,7 @@ use standoff::SensorParams;
 
 use super::mean::Mean;
 use super::rules::Rules;
-use crate::frame::{Frame, Reported};
+use crate::frame::Frame;
 use crate::geometry::{is_seen, looking, position, track_of};
 
 /// All targets that have existed, by id.
@@ -141,7 +141,7 @@ impl Tallies {
 
     pub(super) fn scores(&self, rules: &Rules) -> impl Iterator<Item = TargetScore> {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        let of_members = rules.reported.has(Reported::default());
+        let of_members = rules.reported.tracks && rules.reported.groups;
         self.of.iter().map(move |(target, tally)| TargetScore {
             target: *target,
             until_s: tally.until_us as f64 / 1e6,

@@ -76,6 +76,6 @@ pub fn assign(
     let group_of = |uav: usize| {
         problem.sites.iter().zip(&blocks).find(|(_, block)| block.contains(&uav)).map(|(choice, _)| choice.group)
     };
-    let duty = |(index, hand): (usize, &AvailableUav)| group_of(index).map(|group| Duty { uav: hand.uav, group });
+    let duty = |(index, uav): (usize, &AvailableUav)| group_of(index).map(|group| Duty { uav: uav.uav, group });
     uavs.iter().enumerate().filter_map(duty).collect()
 }

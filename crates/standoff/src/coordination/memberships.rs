@@ -142,14 +142,14 @@ impl Roster {
 
 /// The known targets by ascending track, each with its membership; and, always up to date, who is in each group.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Memberships {
+pub(crate) struct Memberships {
     known: Vec<Known>,
     roster: Roster,
 }
 
 impl Memberships {
     /// The known targets, by ascending track.
-    pub fn known(&self) -> &[Known] {
+    pub(crate) fn known(&self) -> &[Known] {
         &self.known
     }
 

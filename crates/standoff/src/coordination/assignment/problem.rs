@@ -77,10 +77,10 @@ impl Problem {
         let choice = |site: &Site<'_>| {
             let information = uavs
                 .iter()
-                .map(|hand| site.members.iter().map(|target| information_of(hand.position, target)).collect())
+                .map(|uav| site.members.iter().map(|target| information_of(uav.position, target)).collect())
                 .collect();
             let staying = in_millionths(inertia * site.members.len() as f64);
-            let inertia = uavs.iter().map(|hand| if hand.serves == Some(site.group) { staying } else { 0 }).collect();
+            let inertia = uavs.iter().map(|uav| if uav.serves == Some(site.group) { staying } else { 0 }).collect();
             Some(Choice { group: site.group, sizes: sizes(site)?, information, inertia })
         };
         Self { uavs: n, sites: sites.iter().filter_map(choice).collect() }

@@ -33,7 +33,7 @@ impl Draw {
     }
 }
 
-fn hand(id: u32, position: Position) -> AvailableUav {
+fn available(id: u32, position: Position) -> AvailableUav {
     AvailableUav { uav: UavId(id), position, serves: None }
 }
 
@@ -48,7 +48,7 @@ impl World {
         let half_width_m = [1000.0, 4000.0, 15_000.0][kind / 2 % 3];
         let start = draw.about(Position::ORIGIN, half_width_m);
         let (centre, apart_m) = if kind.is_multiple_of(2) { (Position::ORIGIN, half_width_m) } else { (start, 100.0) };
-        let uavs = (0..uavs as u32).map(|id| hand(id, draw.about(centre, apart_m))).collect();
+        let uavs = (0..uavs as u32).map(|id| available(id, draw.about(centre, apart_m))).collect();
         let group = |_| {
             let centre = draw.about(Position::ORIGIN, half_width_m);
             (0..1 + draw.below(10)).map(|_| draw.about(centre, 150.0)).collect()
@@ -59,7 +59,7 @@ impl World {
     /// On a grid so coarse that UAVs and whole groups coincide and mirror each other.
     fn tied(uavs: usize, groups: usize, draw: &mut Draw) -> Self {
         let at = |draw: &mut Draw| Position::from_m(100.0 * draw.below(3) as f64, 0.0);
-        let uavs = (0..uavs as u32).map(|id| hand(id, at(draw))).collect();
+        let uavs = (0..uavs as u32).map(|id| available(id, at(draw))).collect();
         let group = |_| (0..1 + draw.below(2)).map(|_| at(draw)).collect();
         Self { uavs, groups: (0..groups).map(group).collect() }
     }
@@ -75,7 +75,7 @@ impl World {
 
     fn groups_assigned(&self, objective: Objective) -> Vec<usize> {
         let duties = assign(&self.uavs, &self.sites(), &sensor(), objective, INERTIA);
-        assert!(duties.iter().map(|duty| duty.uav).eq(self.uavs.iter().map(|hand| hand.uav)));
+        assert!(duties.iter().map(|duty| duty.uav).eq(self.uavs.iter().map(|available| available.uav)));
         duties.iter().map(|duty| duty.group.0 as usize).collect()
     }
 
@@ -101,7 +101,7 @@ impl World {
     fn score(&self, groups: &[usize], objective: Objective) -> i64 {
         let information_of = |group: usize, target: Position| {
             let uavs = self.uavs.iter().zip(groups).filter(|(_, of)| **of == group);
-            uavs.map(|(hand, _)| sensor().information(hand.position, target)).sum::<Matrix2<f64>>()
+            uavs.map(|(available, _)| sensor().information(available.position, target)).sum::<Matrix2<f64>>()
         };
         let served = |group: &usize| groups.contains(group);
         let of = |group: usize| self.groups[group].iter().map(move |target| information_of(group, *target));
@@ -136,7 +136,7 @@ fn the_exact_assignment_is_the_best_of_all_and_the_first_of_the_tied() {
 #[test]
 fn the_printed_objective_sends_each_uav_the_longer_way() {
     let world = World {
-        uavs: vec![hand(0, Position::ORIGIN), hand(1, Position::from_m(500.0, -600.0))],
+        uavs: vec![available(0, Position::ORIGIN), available(1, Position::from_m(500.0, -600.0))],
         groups: vec![vec![Position::from_m(500.0, 0.0)], vec![Position::from_m(1000.0, -600.0)]],
     };
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
@@ -147,7 +147,7 @@ fn the_printed_objective_sends_each_uav_the_longer_way() {
 fn of_tied_assignments_the_first_group_takes_the_lower_uavs() {
     let at = |x_m| Position::from_m(x_m, 0.0);
     let world = |uavs, groups| World {
-        uavs: (0..uavs).map(|id| hand(id, at(0.0))).collect(),
+        uavs: (0..uavs).map(|id| available(id, at(0.0))).collect(),
         groups: vec![vec![at(300.0)]; groups],
     };
     assert_eq!(world(3, 2).groups_assigned(Objective::LogDet), [0, 0, 1]);
@@ -160,7 +160,7 @@ fn of_tied_assignments_the_first_group_takes_the_lower_uavs() {
 fn too_few_uavs_serve_the_most_targets_first() {
     let group = |x_m: f64, n: usize| vec![Position::from_m(x_m, 0.0); n];
     let world = World {
-        uavs: vec![hand(3, Position::ORIGIN), hand(7, Position::from_m(0.0, 400.0))],
+        uavs: vec![available(3, Position::ORIGIN), available(7, Position::from_m(0.0, 400.0))],
         groups: vec![group(900.0, 2), group(5000.0, 3), group(600.0, 2)],
     };
     let mut groups = world.groups_assigned(Objective::LogDet);
@@ -190,7 +190,7 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
         }
     }
     assert_eq!(assign(&[], &World::new(0, 1, 1, &mut draw).sites(), &sensor(), Objective::LogDet, INERTIA), []);
-    assert_eq!(assign(&[hand(0, Position::ORIGIN)], &[], &sensor(), Objective::Printed, INERTIA), []);
+    assert_eq!(assign(&[available(0, Position::ORIGIN)], &[], &sensor(), Objective::Printed, INERTIA), []);
 }
 
 #[test]
@@ -261,8 +261,10 @@ fn the_loss_is_the_documented_one() {
 #[test]
 fn nobody_moves_for_a_little_more() {
     let at = |x_m| vec![Position::from_m(x_m, 0.0)];
-    let mut world =
-        World { uavs: vec![hand(0, at(-10.0)[0]), hand(1, at(10.0)[0])], groups: vec![at(-500.0), at(500.0)] };
+    let mut world = World {
+        uavs: vec![available(0, at(-10.0)[0]), available(1, at(10.0)[0])],
+        groups: vec![at(-500.0), at(500.0)],
+    };
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
     // Crossed, each is a little further from its own than from the other's: not worth two moves.
     (world.uavs[0].serves, world.uavs[1].serves) = (Some(GroupId(1)), Some(GroupId(0)));
