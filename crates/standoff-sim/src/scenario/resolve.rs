@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use standoff::{Duration, Integrator, ParamError, Position, TargetParams, TargetState, TeamParams, UavId, Velocity};
+use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
 use super::check::{check_settings, check_who, report};
 use super::draw::{Absent, Draw, Drawing, value};
