@@ -90,8 +90,8 @@ impl Agent {
         self.id
     }
 
-    /// What the team knows and intends, as of the last decision. (Of an instant of which none was asked for, once another
-    /// is observed.)
+    /// What the team knows and intends, as of the last decision; an instant of which none was asked for is in it once
+    /// another is observed.
     pub fn picture(&self) -> &Picture {
         self.mind.picture()
     }
@@ -99,13 +99,13 @@ impl Agent {
     /// First half of an instant: takes in where the UAV is and what its sensor measured, both of `now`. Without a scan
     /// the UAV neither looks nor speaks.
     ///
-    /// Of an instant the first observation with a scan counts. Time that runs backward, or
-    /// jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or said, the command is from
-    /// what was known, and the next instant may be right again. [`Self::reset`] makes the agent follow a time that stays
-    /// elsewhere.
+    /// Of an instant the first observation with a scan counts. Time that runs backward, or jumps ahead by more than
+    /// [`Self::GAP_MAX`], is refused and counted: nothing is heard or said, the command is from what was known, and the next
+    /// instant may be right again. [`Self::reset`] makes the agent follow a time that stays elsewhere.
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
         let observation = self.mind.observe(now, self.id, own, scan.map(|scan| (self.epoch, scan)));
-        if let Some(scan) = scan.filter(|_| own.is_finite() && self.mind.is_of_now(&observation))
+        // What the own inbox has refused is not to be said.
+        if let Some(scan) = scan.filter(|_| self.mind.has_heard(&observation))
             && !matches!(self.outbox.last(), Some(Message::Report(report)) if report.time == now)
         {
             self.compose(&observation, scan);
@@ -125,7 +125,8 @@ impl Agent {
     }
 
     /// Takes a message in. It counts if it is of the observed instant, and is refused and counted if not; order and
-    /// repetition do not matter. The own report is known already, and with an observation of an instant that is over, or of another agent's, nothing is heard.
+    /// repetition do not matter. The own report is known already. With an observation of an instant that is over, or of
+    /// another agent's, nothing is heard.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
         let is_own = matches!(message, Message::Report(report) if report.uav == self.id);
         if !is_own && self.is_of_now(observation) {

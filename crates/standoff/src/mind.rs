@@ -121,6 +121,11 @@ impl Mind {
         self.started && observation.time == self.now
     }
 
+    /// The observed UAV has said where it is at this instant.
+    pub(crate) fn has_heard(&self, observation: &Observation) -> bool {
+        self.is_of_now(observation) && self.inbox.state_of(observation.uav).is_some()
+    }
+
     /// Takes a message in; nothing of an instant that is over or was refused.
     pub(crate) fn hear(&mut self, observation: &Observation, message: &Message) {
         if self.is_of_now(observation) {

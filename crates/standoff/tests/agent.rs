@@ -69,6 +69,17 @@ fn what_an_agent_says_is_the_report_of_its_scan() {
     assert_eq!(heard, [(UavId(0), false), (UavId(1), true)]);
 }
 
+/// What the own inbox refuses is not said to others.
+#[test]
+fn an_agent_says_nothing_that_it_would_not_hear() {
+    let own = Team::new(1, 0).states[0];
+    let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+    let unsound = Scan { boresight: Some(Angle::from_rad(f64::NAN)), detections: &[] };
+    let observation = agent.observe(Time::START, &own, Some(unsound));
+    assert!(agent.outbox(&observation).is_empty());
+    assert_eq!(agent.decide(&observation).diagnostics.refused_messages, 1);
+}
+
 /// The first observation of an instant counts, also for the command.
 #[test]
 fn an_instant_is_observed_once() {

@@ -285,9 +285,9 @@ impl Settling<'_> {
 
     fn tell_of_emptied_groups(&mut self) {
         for group in self.previous {
-            let told =
+            let is_its_end =
                 |event: &Event| event.group == Some(group.id) && matches!(event.kind, EventKind::GroupDissolved(_));
-            if self.memberships.groups().binary_search(&group.id).is_err() && !self.events.iter().any(told) {
+            if self.memberships.groups().binary_search(&group.id).is_err() && !self.events.iter().any(is_its_end) {
                 self.events.push(Event::of_group(EventKind::GroupDissolved(DissolutionReason::Empty), group.id));
             }
         }
