@@ -161,6 +161,12 @@ fn what_is_heard_of_an_old_observation_changes_nothing() {
     team.agents[0].hear(&old, &Message::Cue(late));
     team.agents[0].decide(&old);
     assert_eq!(format!("{:?}", team.agents[0].picture()), before);
+    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let old = fleet.observe(now, UavId(0), &own, Some(Scan::default()));
+    let new = fleet.observe(now + Duration::from_s(0.5), UavId(0), &own, Some(Scan::default()));
+    fleet.hear(&old, &Message::Cue(late));
+    fleet.decide(&new);
+    assert!(fleet.picture().known().is_empty());
 }
 
 /// The pair settles on an orbit at right angles and all targets are held.
