@@ -45,6 +45,7 @@ pub(super) struct Absent {
     pub(super) acceleration_sd_m_s2: f64,
     pub(super) range_sd_m: f64,
     pub(super) bearing_sd_deg: f64,
+    pub(super) gap_s: f64,
 }
 
 /// The numbers of a seed, and what is wrong with them.

@@ -402,13 +402,13 @@ tables! {
         /// SUMO floating-car data (XML) or CSV tracks, plain or gzip; relative to the scenario file.
         #[serde(serialize_with = "name_alone")]
         file;
-    } words {
-        /// `auto`, `metres` or `degrees`.
-        coordinates: Coordinates = Auto;
-    } optional {
+    } absent {
         /// A vehicle absent from the file for longer than this has dropped out, s; if absent: 1 s or 2.5 time steps of the
         /// file, whichever is longer.
         gap_s: Allowed::above(0.0);
+    } words {
+        /// `auto`, `metres` or `degrees`.
+        coordinates: Coordinates = Auto;
     }
 }
 

@@ -124,6 +124,7 @@ fn absent(file: &file::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) ->
         acceleration_sd_m_s2: model.1,
         range_sd_m: or_table_1(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
         bearing_sd_deg: or_table_1(of("sensor.bearing_sd_deg", &file.sensor.bearing_sd_deg), 3.0),
+        gap_s: traffic.map_or(1.0, Traffic::gap_s),
     }
 }
 

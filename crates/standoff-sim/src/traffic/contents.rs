@@ -97,6 +97,11 @@ impl Traffic {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
     }
 
+    /// A vehicle that is absent for longer than this has dropped out, s.
+    pub fn gap_s(&self) -> f64 {
+        self.vehicles.first().map_or(1.0, Vehicle::gap_s)
+    }
+
     /// A checksum over every vehicle and sample: files that give the same traffic have the same.
     pub fn crc32(&self) -> u32 {
         let mut crc = crc32fast::Hasher::new();
