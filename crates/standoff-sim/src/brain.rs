@@ -45,12 +45,11 @@ pub trait Brain {
 
 /// The product as a brain; all parameters that are out of range are reported at once.
 pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain>, Vec<ParamError>> {
-    let ids = (0..).map(UavId).take(uavs);
     Ok(match minds {
         Minds::One => Box::new(One { fleet: Fleet::new(team)?, observed: Vec::new() }),
         Minds::Each => {
-            let agents = ids.map(|uav| Agent::new(uav, team)).collect::<Result<_, _>>()?;
-            Box::new(Each { agents, observed: Vec::new() })
+            let agents = (0..).map(UavId).take(uavs).map(|uav| Agent::new(uav, team));
+            Box::new(Each { agents: agents.collect::<Result<_, _>>()?, observed: Vec::new() })
         }
     })
 }

@@ -228,14 +228,20 @@ pub struct GroupRow {
 impl GroupRow {
     /// All its numbers are.
     pub(crate) fn is_finite(&self) -> bool {
-        let Self { x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, altitude_m, .. } = *self;
-        let Self { standoff_unclamped_m, standoff_distance_m, standoff_rate_m_s, .. } = *self;
-        let some = [self.turn_limit_m, self.convergence_threshold_m2_s, self.separation_m];
-        let all = [x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, altitude_m]
-            .into_iter()
-            .chain([standoff_unclamped_m, standoff_distance_m, standoff_rate_m_s])
-            .chain(some.into_iter().flatten());
-        all.into_iter().all(f64::is_finite)
+        let always = [
+            self.x_m,
+            self.y_m,
+            self.vx_m_s,
+            self.vy_m_s,
+            self.spread_m,
+            self.margin_m,
+            self.standoff_unclamped_m,
+            self.standoff_distance_m,
+            self.standoff_rate_m_s,
+            self.altitude_m,
+        ];
+        let where_known = [self.turn_limit_m, self.convergence_threshold_m2_s, self.separation_m];
+        always.into_iter().chain(where_known.into_iter().flatten()).all(f64::is_finite)
     }
 }
 

@@ -116,12 +116,9 @@ impl Agent {
     /// What to say to the teammates: the own report. Nothing of an instant that was refused or is over, without a scan, or
     /// while the own state is not finite.
     pub fn outbox(&self, observation: &Observation) -> &[Message] {
-        match self.outbox.last() {
-            Some(Message::Report(report)) if report.time == observation.time && self.is_of_now(observation) => {
-                &self.outbox
-            }
-            _ => &[],
-        }
+        let is_its = |message: &Message| matches!(message, Message::Report(report) if (report.uav, report.time) == (observation.uav, observation.time));
+        let is_said = self.mind.is_of_now(observation) && self.outbox.iter().all(is_its);
+        if is_said { &self.outbox } else { &[] }
     }
 
     /// Takes a message in. It counts if it is of the observed instant, and is refused and counted if not; order and
@@ -129,7 +126,7 @@ impl Agent {
     /// another agent's, nothing is heard.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
         let is_own = matches!(message, Message::Report(report) if report.uav == self.id);
-        if !is_own && self.is_of_now(observation) {
+        if !is_own && observation.uav == self.id {
             self.mind.hear(observation, message);
         }
     }
@@ -140,11 +137,6 @@ impl Agent {
     /// Total: whatever comes in, the command is inside the limits.
     pub fn decide(&mut self, observation: &Observation) -> Step {
         self.mind.decide(observation)
-    }
-
-    /// The observation is this agent's, and of this instant.
-    fn is_of_now(&self, observation: &Observation) -> bool {
-        observation.uav() == self.id && self.mind.is_of_now(observation)
     }
 
     /// Writes the own report, in the place of one of an earlier instant.

@@ -26,9 +26,8 @@ pub(crate) struct Mind {
     now: Time,
     /// The picture of the instant before this one.
     previous: Picture,
-    /// That of this instant, once one was asked for.
+    /// That of this instant, once one was asked for; until then an older one, to be written over.
     picture: Picture,
-    is_formed: bool,
     inbox: Inbox,
     /// The target model over the time since the previous picture.
     transition: Transition,
@@ -52,7 +51,6 @@ impl Mind {
             now: Time::START,
             previous: Picture::default(),
             picture: Picture::default(),
-            is_formed: false,
             inbox: Inbox::new(Duration::from_s(params.teammate_timeout_s)),
             transition: Transition::none(),
             scratch: Scratch::default(),
@@ -65,7 +63,7 @@ impl Mind {
 
     /// The picture as of the last decision, or of the last instant that another one followed.
     pub(crate) fn picture(&self) -> &Picture {
-        if self.is_formed { &self.picture } else { &self.previous }
+        if self.picture.time == self.now { &self.picture } else { &self.previous }
     }
 
     /// Counts the instants up to this one.
@@ -97,7 +95,7 @@ impl Mind {
         (self.previous, self.picture) = (Picture::default(), Picture::default());
         (self.transition, self.scratch) = (Transition::none(), Scratch::default());
         self.inbox.reset();
-        (self.started, self.is_stale, self.is_formed) = (false, false, false);
+        (self.started, self.is_stale) = (false, false);
     }
 
     fn open(&mut self, now: Time) {
@@ -107,7 +105,7 @@ impl Mind {
         }
         core::mem::swap(&mut self.previous, &mut self.picture);
         let dt = if self.started { now - self.now } else { Duration::ZERO };
-        (self.started, self.is_stale, self.is_formed) = (true, true, false);
+        (self.started, self.is_stale) = (true, true);
         self.sequence = self.sequence.wrapping_add(1);
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
@@ -138,7 +136,7 @@ impl Mind {
     fn follow(&mut self) {
         let news = News { now: self.now, inbox: &self.inbox, transition: &self.transition };
         self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
-        (self.is_stale, self.is_formed) = (false, true);
+        self.is_stale = false;
     }
 
     /// What the UAV that was observed is to do.

@@ -162,10 +162,8 @@ impl Picture {
         let mut n = 0;
         let mut sum = |four: &mut [(usize, (Position, &RangeBearing, Position)); 4], n: usize| {
             // Where there are fewer, the last one stands in.
-            if let Some(last) = n.checked_sub(1) {
-                let last = four[last];
-                four[n..].fill(last);
-            }
+            let last = four[n - 1];
+            four[n..].fill(last);
             let contributions = Contribution::of_measurements(sensor, four.map(|(_, measurement)| measurement));
             for ((place, _), contribution) in four[..n].iter().zip(contributions) {
                 *measured[*place].get_or_insert_default() += contribution;

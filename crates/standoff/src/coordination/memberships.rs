@@ -129,14 +129,18 @@ impl Roster {
             if let Ok(index) = self.entries.binary_search(&(group, place)) {
                 self.entries.remove(index);
             }
+            if self.of(group).next().is_none() {
+                self.groups.retain(|other| *other != group);
+            }
         }
         for group in now.groups() {
             if let Err(index) = self.entries.binary_search(&(group, place)) {
                 self.entries.insert(index, (group, place));
             }
+            if let Err(index) = self.groups.binary_search(&group) {
+                self.groups.insert(index, group);
+            }
         }
-        self.groups.clear();
-        self.groups.extend(self.entries.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0));
     }
 }
 
