@@ -24,15 +24,20 @@ const PANELS = [
 ];
 
 class Charts {
-  constructor(film, clock, elements) {
-    this.film = film;
-    this.clock = clock;
-    Object.assign(this, elements);
+  constructor(page) {
+    this.page = page;
+    this.clock = page.clock;
+    this.place = element("charts");
+    this.cursor = element("cursor");
     this.drawn = false;
     this.range_s = null;
-    this.png.addEventListener("click", () => this.savePng());
-    this.csv.addEventListener("click", () => this.saveCsv());
+    element("png").addEventListener("click", () => this.savePng());
+    element("csv").addEventListener("click", () => this.saveCsv());
     this.place.addEventListener("click", (click) => this.clicked(click));
+  }
+
+  get film() {
+    return this.page.film;
   }
 
   /** The curves: name, what it belongs to, panel, dash, values. */
@@ -126,6 +131,11 @@ class Charts {
       this.place.on("plotly_relayout", (change) => this.zoomed(change));
     }
     this.follow();
+  }
+
+  /** In the theme that is on now, if there is anything. */
+  renew() {
+    if (this.drawn) this.draw();
   }
 
   /** Of another stretch of time, other points are shown. */

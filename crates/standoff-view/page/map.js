@@ -24,13 +24,12 @@ const MOST_NAMED = 60;
 const LINE = 14;
 
 class MissionMap {
-  constructor(canvas, film) {
+  constructor(canvas, film, choice) {
     this.canvas = canvas;
     this.film = film;
+    this.choice = choice;
     this.camera = new Camera();
     this.shown = new Set(LAYERS.filter((layer) => layer[2]).map((layer) => layer[0]));
-    /** What stays in the middle: `null`, or `{kind: "uav" | "group", id}`. */
-    this.followed = null;
     this.ruler = null;
     this.fitted = false;
     /** What the labels of a picture cover: left, top, right, bottom, px. */
@@ -66,9 +65,10 @@ class MissionMap {
   }
 
   centre(scene) {
-    if (!this.followed) return;
-    const among = this.followed.kind === "uav" ? scene.uavs : scene.groups;
-    const found = among.find((one) => one.id === this.followed.id);
+    const { followed } = this.choice;
+    if (!followed) return;
+    const among = followed.kind === "uav" ? scene.uavs : scene.groups;
+    const found = among.find((one) => one.id === followed.id);
     if (found) [this.camera.x_m, this.camera.y_m] = [found.x_m, found.y_m];
   }
 

@@ -47,9 +47,15 @@ function fixed(value, digits) {
 }
 
 class State {
-  constructor(film, elements) {
-    this.film = film;
-    Object.assign(this, elements);
+  constructor(page) {
+    this.page = page;
+    this.clock = element("clock");
+    this.warning = element("warning");
+    this.more = element("more");
+    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["targets", TARGET_COLUMNS]]) {
+      headings(element(id), columns);
+      this[id] = element(id).tBodies[0];
+    }
     this.said = null;
     this.troubled = "";
     this.told = [];
@@ -57,7 +63,7 @@ class State {
   }
 
   show(scene) {
-    const { film } = this;
+    const { film } = this.page;
     const instant = film.instant(scene.time_s);
     this.clock.textContent = `${scene.time_s.toFixed(1)} s`;
     this.clock.dateTime = `PT${scene.time_s.toFixed(3)}S`;

@@ -8,10 +8,16 @@ const GRAVE = new Set(["lost", "discarded", "uav-lost", "left-out", "handoff-wit
 const MOST_LISTED = 400;
 
 class Timeline {
-  constructor(film, clock, elements) {
-    this.film = film;
+  constructor(page) {
+    this.page = page;
+    const { clock } = page;
     this.clock = clock;
-    Object.assign(this, elements);
+    this.slider = element("time");
+    this.marks = element("marks");
+    this.events = element("events");
+    this.kind = element("kind");
+    this.routine = element("routine");
+    this.count = element("count");
     this.kinds = new Set();
     /** Which events are in the list. */
     this.listed = null;
@@ -22,10 +28,14 @@ class Timeline {
     });
     this.marks.addEventListener("mousemove", (move) => {
       const event = this.nearest(move.offsetX);
-      this.marks.title = event ? `${event.time_s.toFixed(1)} s: ${eventText(film, event)}` : "";
+      this.marks.title = event ? `${event.time_s.toFixed(1)} s: ${eventText(this.film, event)}` : "";
     });
     this.routine.addEventListener("change", () => this.list());
     this.kind.addEventListener("change", () => this.list());
+  }
+
+  get film() {
+    return this.page.film;
   }
 
   telling() {
