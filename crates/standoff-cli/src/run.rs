@@ -148,7 +148,7 @@ impl Live {
             note(&format!("the run can be watched at {url}", url = url.trim_end()));
             Ok(())
         };
-        let server = args.served.serve(Arc::new(RunSite::new(watched.replay())), tell)?;
+        let server = args.served.serve(Arc::new(RunSite::new(watched.replay(), None)), tell)?;
         Ok(Self { watched, pace: Pace::new(args.rate), _server: server })
     }
 

@@ -28,6 +28,7 @@ Examples:
   standoff view                                   fly figure 9, look at it
   standoff view standoff-out/best/figure-9-1      look at a run
   standoff view best/figure-9 --seed 7            fly it; write nothing
+  standoff view paper/figure-9 best/figure-9      look at two runs side by side
   standoff view standoff-out/batch                look at many runs
   standoff view batch-a batch-b                   compare batches
   standoff run traffic/city --view                look while it flies";
@@ -35,9 +36,9 @@ Examples:
 /// What to look at, and where it is served.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// The folder of a run, or of the runs of a standoff monte-carlo (several of these are compared); or a built-in
-    /// scenario's name or a scenario file, which is flown [default: best/figure-9; with --traffic, the settings of
-    /// traffic/convoy].
+    /// The folder of a run; or a built-in scenario's name or a scenario file, which is flown [default: best/figure-9; with
+    /// --traffic, the settings of traffic/convoy]; two of these are shown side by side. Or the folder of the runs of a
+    /// standoff monte-carlo; several of these are compared.
     #[arg(value_name = "DIR|SCENARIO")]
     what: Vec<String>,
     #[command(flatten)]
@@ -53,30 +54,42 @@ pub(crate) struct Args {
 
 pub(crate) fn view(args: &Args) -> Result<(), Failure> {
     let dirs: Vec<&Path> = args.what.iter().map(Path::new).collect();
+    let is_run = |dir: &Path| dir.join("run.json").exists() || !dir.is_dir();
     match dirs[..] {
-        [dir] if dir.join("run.json").exists() => show(record(dir, args)?, args),
-        [dir] if dir.is_dir() => batches(&dirs, args),
-        [] | [_] => show(flight(args)?, args),
+        [] => show(flight(None, args)?, None, args),
+        [one] if is_run(one) => show(run(one, args)?, None, args),
+        [one, other] if is_run(one) && is_run(other) => show(run(one, args)?, Some(run(other, args)?), args),
+        _ if dirs.iter().any(|dir| is_run(dir)) => {
+            let message = "a run is shown alone, or beside one other run; the folders of a standoff monte-carlo are \
+                           compared with one another, any number of them";
+            Err(Failure::Input(message.to_owned()))
+        }
         _ => batches(&dirs, args),
     }
 }
 
-/// Shows a run from the moment it is begun to be flown or read.
-fn show(shown: Shown, args: &Args) -> Result<(), Failure> {
-    let site = Arc::new(RunSite::new(shown.watched.replay()));
+/// A run that has been flown, or one that will be.
+fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
+    if what.join("run.json").exists() { record(what, args) } else { flight(what.to_str(), args) }
+}
+
+/// Shows a run, or two, from the moment they are begun to be flown or read.
+fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure> {
+    let site = RunSite::new(first.watched.replay(), second.as_ref().map(|shown| shown.watched.replay()));
     let interruption = Interruption::expected()?;
-    let server = args.served.serve(site, print)?;
+    let server = args.served.serve(Arc::new(site), print)?;
     note("Ctrl-C ends it.");
-    let work = thread::Builder::new().spawn(move || (shown.work)(shown.watched).map_err(|failure| failure.told()));
-    let work = work.map_err(no_thread)?;
+    let begin = |shown: Shown| {
+        let work = move || (shown.work)(shown.watched).map_err(|failure| failure.told());
+        thread::Builder::new().spawn(work).map_err(no_thread)
+    };
+    let works = [Some(first), second].into_iter().flatten().map(begin).collect::<Result<Vec<_>, _>>()?;
     interruption.wait(None);
     drop(server);
     // What is not done yet is not needed any more.
-    if !work.is_finished() {
-        return Ok(());
-    }
-    let is_shown = work.join().is_ok_and(|done| done.is_ok());
-    if is_shown { Ok(()) } else { Err(Failure::running("the run could not be shown as a whole")) }
+    let mut done = works.into_iter().filter(|work| work.is_finished());
+    let are_shown = done.all(|work| work.join().is_ok_and(|done| done.is_ok()));
+    if are_shown { Ok(()) } else { Err(Failure::running("the run could not be shown as a whole")) }
 }
 
 /// Many runs, any of which is flown again when somebody wants to see it.
@@ -161,8 +174,8 @@ fn nothing_there(name: &str) -> Failure {
 }
 
 /// A run that is flown to be looked at.
-fn flight(args: &Args) -> Result<Shown, Failure> {
-    let name = args.changes.scenario(args.what.first().map(String::as_str), DEFAULT_SCENARIO);
+fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
+    let name = args.changes.scenario(what, DEFAULT_SCENARIO);
     // Folders may have dots in their names, too.
     let is_file_s = [".toml", ".csv", ".xml", ".gz"].iter().any(|ending| name.to_lowercase().ends_with(ending));
     if !is_file_s && built_in(name).is_none() && !Path::new(name).exists() {

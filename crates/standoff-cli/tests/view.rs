@@ -146,6 +146,44 @@ fn a_scenario_is_flown_to_be_looked_at_and_leaves_nothing() {
     assert_eq!(left, ["three"]);
 }
 
+/// Each of the two has the bytes that it has alone, whether it is read or flown.
+#[test]
+fn two_runs_are_shown_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["run", "tour/02-two-uavs", "--out", "two"];
+    assert!(start(folder.path(), &args).wait_with_output().unwrap().status.success());
+    let pair = Serving::view(folder.path(), &["view", "two", "tour/01-one-uav"]);
+    assert!(pair.get("/").1.contains("data-bases=\"/replay /replay-2\""));
+    for (base, what) in [("/replay", "two"), ("/replay-2", "tour/01-one-uav")] {
+        let alone = Serving::view(folder.path(), &["view", what]);
+        alone.outcome();
+        for half in ["head.json", "overview/0", "detail/0"] {
+            let until = Instant::now() + Duration::from_secs(60);
+            while pair.get(&format!("{base}/{half}")) != alone.get(&format!("/replay/{half}")) {
+                assert!(Instant::now() < until, "{what}: {half} is another one than alone");
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
+    }
+    for path in ["/replay-3/head.json", "/replay-2", "/replay/head.json/", "/replay-2head.json"] {
+        assert_eq!(pair.get(path).0, 404, "{path}");
+    }
+}
+
+#[test]
+fn a_run_stands_beside_one_other_run_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["monte-carlo", "tour/01-one-uav", "--runs", "2", "--out", "batch"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
+    assert!(command.current_dir(folder.path()).args(args).output().unwrap().status.success());
+    for what in [&["tour/01-one-uav", "batch"][..], &["batch", "tour/01-one-uav"], &["tour/01-one-uav"; 3]] {
+        let done = start(folder.path(), &[&["view"], what].concat()).wait_with_output().unwrap();
+        let told = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(2), "{told}");
+        assert!(told.contains("a run is shown alone, or beside one other run"), "{told}");
+    }
+}
+
 /// The settings are those of the batch, not of the scenario it was made from.
 #[test]
 fn a_run_of_a_batch_is_flown_again_to_the_same_bytes() {

@@ -1,4 +1,4 @@
-// The page of a run: what is shown, and when it is shown anew.
+// The page of a run, or of two: what is shown, and when it is shown anew.
 
 /** What the parts of the page share. */
 class Page {
@@ -6,8 +6,18 @@ class Page {
     this.runs = runs;
     /** The run that stands beside the map. */
     this.run = runs[0];
-    this.clock = new Clock(this.run.film);
+    this.clock = new Clock(runs.length > 1 ? new Together(runs.map((run) => run.film)) : this.run.film);
     this.stale = true;
+  }
+
+  /** Puts a run beside the maps. */
+  show(run) {
+    if (run === this.run) return;
+    this.run = run;
+    follows(this);
+    this.timeline.renew();
+    this.charts.draw();
+    this.renew();
   }
 
   get film() {
@@ -28,15 +38,16 @@ class Page {
   }
 }
 
-/** Brings a run to the page. */
-async function showReplay(source) {
-  const run = new Run(source, await source.head(), element("map"));
-  title(run.film.head);
-  const page = new Page([run]);
+/** Brings runs to the page. */
+async function showReplay(sources) {
+  const heads = await Promise.all(sources.map((source) => source.head()));
+  const maps = canvases(sources.length);
+  const page = new Page(sources.map((source, index) => new Run(source, heads[index], maps[index], index)));
+  title(page.runs);
   page.timeline = new Timeline(page);
   page.state = new State(page);
   page.charts = new Charts(page);
-  showOutcome(element("outcome").tBodies[0], run.film.head.outcome);
+  showOutcome(page);
   connect(page);
   for (const { film, choice } of page.runs) {
     film.loaded = () => page.renew();
@@ -52,18 +63,19 @@ async function showReplay(source) {
     page.charts.renew();
   });
   window.addEventListener("resize", () => page.timeline.renew());
-  pictures(page);
-  load(page, run);
+  const name = page.runs.length > 1 ? nameViews(page) : () => {};
+  pictures(page, name);
+  for (const run of page.runs) load(page, run);
 }
 
 /** Draws pictures, as often as anything has changed and the browser allows. */
-function pictures(page) {
+function pictures(page, name) {
   const { clock, timeline, charts, state } = page;
   let told_ms = -Infinity;
   const picture = (now_ms) => {
     clock.tick(now_ms);
     for (const { map } of page.runs) if (map.resize()) page.renew();
-    if (page.stale && page.film.times_s.length) {
+    if (page.stale && page.runs.every(({ film }) => film.times_s.length)) {
       page.stale = false;
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
       page.runs.forEach(({ map }, index) => map.draw(scenes[index]));
@@ -74,6 +86,7 @@ function pictures(page) {
         told_ms = now_ms;
         page.runs.forEach(({ map, film }, index) => map.canvas.setAttribute("aria-label", summary(film, scenes[index])));
         state.show(scenes[page.runs.indexOf(page.run)]);
+        name();
       }
       document.body.dataset.pictures = Number(document.body.dataset.pictures ?? 0) + 1;
     }
@@ -88,18 +101,18 @@ function load(page, run) {
   let drawn_ms = 0;
   run.load({
     begun: () => begin(page),
-    whole: () => showOutcome(element("outcome").tBodies[0], film.head.outcome),
+    whole: () => showOutcome(page),
     changed: async () => {
       page.renew();
       page.timeline.renew();
       follows(page);
       controls(page);
-      if (!window.Plotly && film.parts.length) {
+      if (!window.Plotly && run === page.runs[0] && film.parts.length) {
         // The charts' script is large: first the map.
         await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
         await source.charts();
       }
-      if (window.Plotly && (film.done || performance.now() - drawn_ms > 1000)) {
+      if (window.Plotly && run === page.run && (film.done || performance.now() - drawn_ms > 1000)) {
         drawn_ms = performance.now();
         await page.charts.draw();
         document.body.dataset.ready = "charts";
@@ -110,16 +123,22 @@ function load(page, run) {
 }
 
 /** The first picture: of the start, or of the newest instant of a run that is being flown. */
-function begin({ clock, film }) {
+function begin({ clock, film, runs }) {
+  if (!runs.every((run) => run.film.times_s.length)) return;
   clock.seek(film.times_s[0]);
   if (film.head.live) clock.follow();
   document.body.dataset.ready = "map";
 }
 
-function title(head) {
-  const name = `${head.scenario}, seed ${head.seed}${head.unfinished ? ", unfinished" : ""}`;
-  document.title = `${name} \u2013 standoff`;
-  element("title").textContent = name;
+/** A run in words. */
+function runName(head) {
+  return `${head.scenario}, seed ${head.seed}${head.unfinished ? ", unfinished" : ""}`;
+}
+
+function title(runs) {
+  const names = runs.map((run) => runName(run.film.head)).join(" | ");
+  document.title = `${names} \u2013 standoff`;
+  element("title").textContent = names;
 }
 
 /** What the map shows, in a sentence. */

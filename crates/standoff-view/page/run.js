@@ -1,7 +1,9 @@
 // A run on the page: its data as far as it has been loaded, its map, and what is chosen of it.
 
 class Run {
-  constructor(source, head, canvas) {
+  constructor(source, head, canvas, index) {
+    /** What tells it from the other one of two. */
+    this.letter = "AB"[index];
     this.source = source;
     this.film = new Film(source, head);
     this.choice = new Choice();

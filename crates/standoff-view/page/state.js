@@ -141,19 +141,3 @@ function headings(table, columns) {
     row.append(cell);
   }
 }
-
-/** The outcome of the run, once there is one. */
-function showOutcome(body, lines) {
-  body.replaceChildren();
-  for (const line of lines) {
-    const row = body.insertRow();
-    const name = row.insertCell();
-    name.textContent = line.metric;
-    name.title = line.words;
-    const value = row.insertCell();
-    value.dataset.metric = line.metric;
-    value.textContent = line.value === null ? "\u2013" : fixed(line.value, 2);
-    row.insertCell().textContent = line.unit;
-    row.insertCell().textContent = line.good;
-  }
-}

@@ -44,7 +44,7 @@ class Timeline {
 
   /** The whole of time: of the mission, or what has been flown. */
   get range_s() {
-    const { film } = this;
+    const { film } = this.clock;
     return [film.times_s[0] ?? 0, Math.max(film.end_s, film.done ? 0 : film.head.duration_s, 1e-6)];
   }
 

@@ -26,6 +26,8 @@ const SCRIPT: &str = concat!(
     include_str!("../page/timeline.js"),
     include_str!("../page/state.js"),
     include_str!("../page/charts.js"),
+    include_str!("../page/pair.js"),
+    include_str!("../page/outcome.js"),
     include_str!("../page/pointer.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/replay.js"),
@@ -47,9 +49,9 @@ const START: &str = include_str!("../page/start.js");
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
 
-/// The page of a run whose data is served below a path.
-pub(crate) fn served_replay(base: &str) -> Answer {
-    served(REPLAY, base)
+/// The page of runs whose data is served below these paths, with a space between.
+pub(crate) fn served_replay(bases: &str) -> Answer {
+    served(REPLAY, bases)
 }
 
 /// The page of Monte Carlo results whose data is served as `/batch.json`.
@@ -57,14 +59,14 @@ pub(crate) fn served_batch() -> Answer {
     served(BATCH, "")
 }
 
-/// A page whose data is served below `base`.
-fn served(body: &str, base: &str) -> Answer {
+/// A page whose data is served below `bases`.
+fn served(body: &str, bases: &str) -> Answer {
     let page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
          <link rel=\"stylesheet\" href=\"/page.css\">\n\
-         <script src=\"/page.js\" defer></script>\n</head>\n<body data-base=\"{base}\">\n{body}</body>\n</html>\n"
+         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\">\n{body}</body>\n</html>\n"
     );
     Answer { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
 }

@@ -11,30 +11,48 @@ use crate::serve::{Answer, Feed, Site};
 /// Runs of a batch that are held once they have been flown again.
 const HELD: usize = 8;
 
-/// A run that has been flown, or is being flown.
+/// Where the data of one run lie, and of the other one of two.
+const RUNS: [&str; 2] = ["/replay", "/replay-2"];
+
+/// A run that has been flown or is being flown; or two, side by side.
 #[derive(Debug)]
 pub struct RunSite {
-    replay: Arc<Replay>,
+    first: Arc<Replay>,
+    second: Option<Arc<Replay>>,
 }
 
 impl RunSite {
-    /// Shows a replay, which may still grow.
+    /// Shows a replay, which may still grow, and beside it another one.
     #[must_use]
-    pub fn new(replay: Arc<Replay>) -> Self {
-        Self { replay }
+    pub fn new(first: Arc<Replay>, second: Option<Arc<Replay>>) -> Self {
+        Self { first, second }
+    }
+
+    /// The runs shown, each with where its data lie.
+    fn runs(&self) -> impl Iterator<Item = (&'static str, &Arc<Replay>)> {
+        RUNS.into_iter().zip([Some(&self.first), self.second.as_ref()].into_iter().flatten())
+    }
+
+    /// The run whose data lie at `path`, and which of them.
+    fn of<'a>(&self, path: &'a str) -> Option<(&Arc<Replay>, &'a str)> {
+        self.runs().find_map(|(base, replay)| Some((replay, path.strip_prefix(base)?.strip_prefix('/')?)))
     }
 }
 
 impl Site for RunSite {
     fn get(&self, path: &str) -> Option<Answer> {
-        match path {
-            "/" => Some(page::served_replay("/replay")),
-            _ => page::asset(path).or_else(|| self.replay.get(path.strip_prefix("/replay/")?)),
+        if path == "/" {
+            return Some(page::served_replay(&self.runs().map(|(base, _)| base).collect::<Vec<_>>().join(" ")));
         }
+        page::asset(path).or_else(|| {
+            let (replay, file) = self.of(path)?;
+            replay.get(file)
+        })
     }
 
     fn feed(&self, path: &str) -> Option<Feed> {
-        (path == "/replay/feed").then(|| self.replay.feed())
+        let (replay, file) = self.of(path)?;
+        (file == "feed").then(|| replay.feed())
     }
 }
 

@@ -1,0 +1,36 @@
+// What the runs came to, metric by metric; of two runs side by side also how much the second has more.
+
+/** Shows the outcome of every run, once there is one. */
+function showOutcome({ runs }) {
+  const table = element("outcome");
+  const outcomes = runs.map(({ film }) => new Map(film.head.outcome.map((line) => [line.metric, line])));
+  const isPair = runs.length > 1;
+  const headings = ["Metric", ...(isPair ? [...runs.map((run) => run.letter), "B \u2212 A"] : ["Value"]), "Unit", "Good is"];
+  table.tHead.replaceChildren();
+  const row = table.tHead.insertRow();
+  for (const heading of headings) {
+    const cell = document.createElement("th");
+    cell.scope = "col";
+    cell.textContent = heading;
+    row.append(cell);
+  }
+  const body = table.tBodies[0];
+  body.replaceChildren();
+  for (const metric of new Set(outcomes.flatMap((outcome) => [...outcome.keys()]))) {
+    const lines = outcomes.map((outcome) => outcome.get(metric));
+    const line = lines.find((one) => one);
+    const values = lines.map((one) => one?.value ?? NaN);
+    if (isPair) values.push(values[1] - values[0]);
+    const row = body.insertRow();
+    const name = row.insertCell();
+    name.textContent = metric;
+    name.title = line.words;
+    for (const value of values) {
+      const cell = row.insertCell();
+      cell.dataset.metric = metric;
+      cell.textContent = fixed(value, 2);
+    }
+    row.insertCell().textContent = line.unit;
+    row.insertCell().textContent = line.good;
+  }
+}

@@ -1,0 +1,75 @@
+// Two runs side by side, at one time.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { after, test } from "node:test";
+
+import { leave, PATIENCE_MS } from "./browser.mjs";
+import { STANDOFF, results, serving, watching } from "./serving.mjs";
+
+after(leave);
+
+const limits = { timeout: 2 * PATIENCE_MS };
+
+/** What a map says of itself. */
+const told = (page, id) => page.locator(id).getAttribute("aria-label");
+
+test("two runs are shown at one time, one of them beside the maps, and what they came to is compared", limits, async () => {
+  const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
+  const { page, complaints, close } = await watching(view.address);
+  await page.waitForSelector('[data-ready="charts"]');
+  await page.waitForFunction(() => document.querySelectorAll("#outcome tbody tr").length > 5);
+  assert.equal(await page.title(), "tour/02-two-uavs, seed 1 | tour/04-two-groups, seed 1 \u2013 standoff");
+
+  // One clock: both maps, and what stands beside them.
+  for (const time_s of [12, 33.5]) {
+    await page.locator("#time").evaluate((slider, time_s) => {
+      slider.value = time_s;
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    }, time_s);
+    const at = `Map at ${time_s.toFixed(1)} seconds`;
+    for (const [id, what] of [["#map", "2 UAVs, 1 group"], ["#map-2", "4 UAVs, 2 groups"]]) {
+      await page.waitForFunction(([id, words]) => document.querySelector(id).getAttribute("aria-label").startsWith(words), [id, `${at}: ${what}`]);
+    }
+  }
+  const boxes = await page.locator(".view canvas").evaluateAll((maps) => maps.map((map) => map.getBoundingClientRect().toJSON()));
+  assert.ok(boxes.length === 2 && boxes[0].right <= boxes[1].left && Math.abs(boxes[0].width - boxes[1].width) < 2, JSON.stringify(boxes));
+
+  // The names say which run stands beside, and choose it; so does a click on its map.
+  await page.getByRole("tab", { name: "State" }).click();
+  const rows = () => page.locator("#uavs tbody tr").count();
+  const [first, second] = [page.getByRole("button", { name: /^A: tour\/02-two-uavs/ }), page.getByRole("button", { name: /^B: tour\/04-two-groups/ })];
+  assert.deepEqual([await first.getAttribute("aria-pressed"), await rows()], ["true", 2]);
+  await second.click();
+  await page.waitForFunction(() => document.querySelectorAll("#uavs tbody tr").length === 4);
+  assert.deepEqual(await Promise.all([first, second].map((name) => name.getAttribute("aria-pressed"))), ["false", "true"]);
+  await page.locator("#map").click({ position: { x: 30, y: 200 } });
+  await page.waitForFunction(() => document.querySelectorAll("#uavs tbody tr").length === 2);
+
+  // What they came to, and the difference.
+  await page.getByRole("tab", { name: "Outcome" }).click();
+  assert.deepEqual(await page.locator("#outcome thead th").allTextContents(), ["Metric", "A", "B", "B \u2212 A", "Unit", "Good is"]);
+  const numbers = await page.locator('#outcome td[data-metric="standoff_error_m"]').allTextContents();
+  const [a, b, difference] = numbers.map((words) => Number(words.replace("\u2212", "-")));
+  assert.ok(a !== b && Math.abs(b - a - difference) < 0.011, `${numbers}`);
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await view.end(), 0);
+});
+
+test("the shorter of two runs says when it ended, while the other goes on", limits, async () => {
+  for (const [out, duration_s] of [["short", 10], ["long", 30]]) {
+    execFileSync(STANDOFF, ["run", "tour/01-one-uav", "--set", `duration_s=${duration_s}`, "--out", out], { cwd: results, stdio: "ignore" });
+  }
+  const view = await serving("view", "short", "long");
+  const { page, complaints, close } = await watching(view.address);
+  await page.waitForSelector('[data-ready="charts"]');
+  assert.equal(await page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max)), 30);
+  await page.keyboard.press("End");
+  await page.getByRole("button", { name: /^A: .*, ended at 10\.0 s$/ }).waitFor();
+  assert.match(await told(page, "#map-2"), /^Map at 30\.0 seconds/);
+  assert.doesNotMatch(await page.locator(".name").nth(1).textContent(), /ended/);
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await view.end(), 0);
+});
