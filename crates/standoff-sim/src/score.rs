@@ -24,7 +24,7 @@ use surprise::Surprises;
 use tally::{Sums, Tallies};
 
 pub use bound::Bound as PositionBound;
-pub use judged::Judged;
+pub use judged::{Custody, Judged};
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
 pub use rules::Rules;
 pub use tally::TargetScore;

@@ -46,6 +46,8 @@ class Half {
     const directory = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
     this.times_s = directory.times_us.map((time) => time / 1e6);
     this.events = directory.events;
+    /** West, south, east and north of all that an overview's instants show, m; `null` if that is nothing. */
+    this.bounds_m = directory.bounds_m ?? null;
     this.tables = {};
     let rest = bytes.subarray(4 + length);
     for (const table of directory.tables) {
@@ -118,6 +120,13 @@ class Film {
 
   get end_s() {
     return this.times_s.length ? this.times_s[this.times_s.length - 1] : 0;
+  }
+
+  /** West, south, east and north of all that the run shows, as far as it has been loaded, m; `null` if that is nothing. */
+  bounds_m() {
+    const all = this.parts.map((half) => half.bounds_m).filter((bounds_m) => bounds_m);
+    const of = (side, choose) => all.map((bounds_m) => bounds_m[side]).reduce((a, b) => choose(a, b));
+    return all.length ? [of(0, Math.min), of(1, Math.min), of(2, Math.max), of(3, Math.max)] : null;
   }
 
   /** The instant that is on at a time. */

@@ -6,7 +6,9 @@ use standoff::{Angle, Position};
 
 use super::rules::Rules;
 use crate::frame::{Frame, UavRow, ViewRow};
-use crate::geometry::{Geometry, at, centroid, is_seen, looking, off_orbit_m, position, truth_of};
+use crate::geometry::{
+    Geometry, at, centroid, existing, is_seen, looking, off_orbit_m, position, position_error_m, truth_of,
+};
 
 /// A frame, judged by the true geometry.
 #[derive(Debug)]
@@ -20,6 +22,21 @@ pub struct Judged<'a> {
     looking: Vec<(u32, Position, Angle)>,
     /// True centroid and r_d (15) about it, without a margin, by group.
     orbits: BTreeMap<u32, (Position, f64)>,
+}
+
+/// How many of all targets that exist the team knows of and looks at, and how well it knows where they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Custody {
+    /// Targets that exist, known to the team or not.
+    pub targets: usize,
+    /// Of them: those that have a track.
+    pub tracked: usize,
+    /// Of those tracked: members of a group that a UAV has in view, of whatever group. `None` as for [`Judged::in_view`].
+    pub watched: Option<usize>,
+    /// Of all: those that a UAV has in view, known or not.
+    pub seen: Option<usize>,
+    /// Root of the mean squared position error of those tracked, m; `None` where there are none.
+    pub position_error_m: Option<f64>,
 }
 
 impl<'a> Judged<'a> {
@@ -51,6 +68,28 @@ impl<'a> Judged<'a> {
         self.is_after_cue.then(|| is_seen(&self.rules.sensor, &self.looking, target))
     }
 
+    /// The custody of all targets at once.
+    #[must_use]
+    pub fn custody(&self) -> Custody {
+        let is_in_view = |truth| is_seen(&self.rules.sensor, &self.looking, position(truth));
+        // In the order of targets, as the truth is.
+        let in_view: Vec<u32> =
+            self.frame.truth.iter().filter(|truth| is_in_view(truth)).map(|truth| truth.target).collect();
+        let (mut tracked, mut watched, mut errors_m2) = (0, 0, 0.0);
+        for (track, truth) in existing(self.frame) {
+            tracked += 1;
+            watched += usize::from(track.group.is_some() && in_view.binary_search(&track.target).is_ok());
+            errors_m2 += position_error_m(track, truth).powi(2);
+        }
+        Custody {
+            targets: self.frame.truth.len(),
+            tracked,
+            watched: self.is_after_cue.then_some(watched),
+            seen: self.is_after_cue.then_some(in_view.len()),
+            position_error_m: (tracked > 0).then(|| (errors_m2 / tracked as f64).sqrt()),
+        }
+    }
+
     /// What each UAV has in view, by UAV then target.
     pub fn views(&self) -> impl Iterator<Item = ViewRow> {
         let pairs = self.looking.iter().flat_map(|uav| self.frame.truth.iter().map(move |truth| (uav, truth)));
@@ -70,5 +109,44 @@ impl<'a> Judged<'a> {
         let crew = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
         let information = crew.map(|uav| self.rules.sensor.information(at(uav), *centroid)).reduce(|a, b| a + b)?;
         Some(information.determinant().sqrt().sqrt().recip()).filter(|sd_m| sd_m.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Mission;
+    use crate::scenario::{Edits, Scenario};
+
+    /// Two tables of the same flight come to the same: targets one by one, and all of them at once.
+    #[test]
+    fn the_custody_of_all_targets_counts_them_one_by_one() {
+        let scenario = Scenario::load("tour/05-a-handoff", &Edits::default(), 1).unwrap();
+        let rules = Rules::of(&scenario.settings);
+        let mut mission = Mission::new(&scenario).unwrap();
+        let mut is_after_cue = false;
+        let (mut instants, mut unseen) = (0, 0);
+        while let Some(frame) = mission.frame() {
+            let judged = Judged::new(&rules, frame, is_after_cue);
+            is_after_cue |= !frame.truth.is_empty();
+            let custody = judged.custody();
+            assert_eq!(custody.targets, frame.truth.len());
+            let tracks: Vec<_> = frame.tracks.iter().filter(|row| truth_of(frame, row.target).is_some()).collect();
+            assert_eq!(custody.tracked, tracks.len());
+            let errors = tracks.iter().filter_map(|track| judged.geometry.position_error_m(track));
+            let mean_m2 = errors.map(|error_m| error_m * error_m).sum::<f64>() / tracks.len() as f64;
+            assert_eq!(custody.position_error_m, Some(mean_m2.sqrt()).filter(|_| !tracks.is_empty()));
+            let views: Option<Vec<bool>> = frame.truth.iter().map(|truth| judged.in_view(truth.target)).collect();
+            let Some(views) = views.filter(|_| judged.is_after_cue) else {
+                assert_eq!((custody.seen, custody.watched), (None, None));
+                continue;
+            };
+            assert_eq!(custody.seen, Some(views.iter().filter(|&&view| view).count()));
+            let members = tracks.iter().filter(|row| row.group.is_some() && judged.in_view(row.target) == Some(true));
+            assert_eq!(custody.watched, Some(members.count()));
+            instants += 1;
+            unseen += usize::from(custody.seen < Some(custody.targets));
+        }
+        assert!(instants > 50 && unseen > 0, "of {instants} instants {unseen} with a target out of view");
     }
 }

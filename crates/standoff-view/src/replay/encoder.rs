@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{separations, wanted_separation_rad};
 use standoff_sim::record::{EventAllowance, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
-use standoff_sim::score::{Judged, PositionBound, Rules};
+use standoff_sim::score::{Custody, Judged, PositionBound, Rules};
 
-use super::part::{Event, half};
+use super::part::{Bounds, Event, half};
 use super::table::Table;
 use crate::colours::GroupColours;
 use crate::serve::Bytes;
@@ -65,6 +65,14 @@ columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Optio
     colour: colour.map(|place| place as f64),
 } }
 
+columns! { RUN: run(custody: &Custody) {
+    targets: Some(custody.targets as f64),
+    tracked: Some(custody.tracked as f64),
+    watched: custody.watched.map(|count| count as f64),
+    seen: custody.seen.map(|count| count as f64),
+    position_error_m: custody.position_error_m,
+} }
+
 // Of the state and of its covariance's upper triangle: [x, vx, ax, y, vy, ay], whose rows have 6, 5, 4, 3, 2, 1 numbers.
 columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is_in_view: Option<bool>, detected: u32) {
     true_x_m: truth.map(|truth| truth.x_m),
@@ -110,7 +118,7 @@ pub struct Encoder {
 /// Consecutive instants of a replay: gzipped halves, as the [module](super) tells.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// UAVs, groups and events.
+    /// The run as a whole, UAVs, groups and events.
     pub overview: Bytes,
     /// Targets.
     pub detail: Bytes,
@@ -122,6 +130,8 @@ struct Draft {
     times_us: Vec<i64>,
     detail_times_us: Vec<i64>,
     events: Vec<Event>,
+    bounds: Bounds,
+    run: Table,
     uavs: Table,
     groups: Table,
     targets: Table,
@@ -165,6 +175,9 @@ impl Encoder {
         draft.times_us.push(frame.time_us);
         let told = frame.events.iter().filter(|row| self.allowance.takes(row, None));
         draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
+        draft.bounds.take(frame);
+        draft.run.next_instant();
+        draft.run.put(0, &run(&judged.custody()));
         draft.uavs.next_instant();
         for row in &frame.uavs {
             draft.uavs.put(row.uav, &uav(row, &judged));
@@ -194,10 +207,10 @@ impl Encoder {
     /// The part that is being filled as it is so far, and of how many instants it is; `None` if of none.
     #[must_use]
     pub fn so_far(&self) -> Option<(Part, usize)> {
-        let Draft { times_us, detail_times_us, events, uavs, groups, targets } = &self.draft;
+        let Draft { times_us, detail_times_us, events, bounds, run, uavs, groups, targets } = &self.draft;
         let part = || Part {
-            overview: half(times_us, events, &[uavs, groups]),
-            detail: half(detail_times_us, &[], &[targets]),
+            overview: half(times_us, bounds.told_m(), events, &[run, uavs, groups]),
+            detail: half(detail_times_us, None, &[], &[targets]),
         };
         (!times_us.is_empty()).then(|| (part(), times_us.len()))
     }
@@ -209,6 +222,8 @@ impl Draft {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
             events: Vec::new(),
+            bounds: Bounds::default(),
+            run: Table::new("run", &RUN),
             uavs: Table::new("uavs", &UAV),
             groups: Table::new("groups", &GROUP),
             targets: Table::new("targets", &TARGET),

@@ -7,7 +7,7 @@ use standoff_sim::traffic::Origin;
 use crate::figures::Setup;
 
 /// Format of heads and parts; it rises when either changes.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// What the page needs to know of a run beside its parts.
 #[derive(Debug, Clone, Serialize)]

@@ -5,7 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
-use standoff_sim::record::EventRow;
+use standoff_sim::record::{EventRow, Frame};
 
 use super::table::{Directory, Table};
 use crate::serve::Bytes;
@@ -29,16 +29,50 @@ impl Event {
     }
 }
 
+/// The smallest rectangle, sides along the axes, about all that some instants show.
+#[derive(Debug, Default)]
+pub(super) struct Bounds {
+    /// West, south, east, north.
+    around_m: Option<[f64; 4]>,
+}
+
+impl Bounds {
+    /// Takes in UAVs, orbits, and where targets are and are thought to be.
+    pub(super) fn take(&mut self, frame: &Frame) {
+        frame.uavs.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
+        frame.groups.iter().for_each(|row| self.put(row.x_m, row.y_m, row.standoff_distance_m));
+        frame.truth.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
+        frame.tracks.iter().for_each(|row| self.put(row.state[0], row.state[3], 0.0));
+    }
+
+    fn put(&mut self, x_m: f64, y_m: f64, radius_m: f64) {
+        let circle_m = [x_m - radius_m, y_m - radius_m, x_m + radius_m, y_m + radius_m];
+        if circle_m.iter().all(|side_m| side_m.is_finite()) {
+            let [west, south, east, north] = self.around_m.unwrap_or(circle_m);
+            let [w, s, e, n] = circle_m;
+            self.around_m = Some([west.min(w), south.min(s), east.max(e), north.max(n)]);
+        }
+    }
+
+    /// To whole metres, outwards; `None` if there is nothing.
+    pub(super) fn told_m(&self) -> Option<[f64; 4]> {
+        self.around_m.map(|[west, south, east, north]| [west.floor(), south.floor(), east.ceil(), north.ceil()])
+    }
+}
+
 #[derive(Serialize)]
 struct Contents<'a> {
     times_us: &'a [i64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bounds_m: Option<[f64; 4]>,
     events: &'a [Event],
     tables: Vec<Directory>,
 }
 
 /// Gzip of it all.
-pub(super) fn half(times_us: &[i64], events: &[Event], tables: &[&Table]) -> Bytes {
-    let contents = Contents { times_us, events, tables: tables.iter().map(|table| table.directory()).collect() };
+pub(super) fn half(times_us: &[i64], bounds_m: Option<[f64; 4]>, events: &[Event], tables: &[&Table]) -> Bytes {
+    let contents =
+        Contents { times_us, bounds_m, events, tables: tables.iter().map(|table| table.directory()).collect() };
     let directory = serde_json::to_vec(&contents).unwrap_or_default();
     let mut bytes = (directory.len() as u32).to_le_bytes().to_vec();
     bytes.extend(directory);

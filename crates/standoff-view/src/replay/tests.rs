@@ -6,7 +6,7 @@ use serde_json::Value;
 use standoff_sim::record::{Frame, GroupRow, Manifest, TrackRow, TrackStatus};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::Rules;
+use standoff_sim::score::{Judged, Rules};
 
 use super::{Encoder, Head, Part, Replay};
 use crate::figures::Setup;
@@ -132,6 +132,68 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
     }
     assert!(left.next().is_none());
     assert!(frames.iter().any(|frame| frame.tracks.iter().any(|track| track.to_group.is_some())), "there is a dwell");
+}
+
+/// What the page fits its map to holds all that is drawn in any instant, those without a detail included, and no more.
+#[test]
+fn a_part_tells_the_bounds_of_all_that_it_shows() {
+    let (scenario, frames) = flight();
+    for stride in [1, 7] {
+        let parts = encoded(&scenario, &frames, stride);
+        let mut left = frames.iter();
+        for part in &parts {
+            let overview = read(&part.overview).directory;
+            let mut around = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+            let mut put = |x: f64, y: f64, r: f64| {
+                let [west, south, east, north] = around;
+                around = [west.min(x - r), south.min(y - r), east.max(x + r), north.max(y + r)];
+            };
+            for frame in left.by_ref().take(overview["times_us"].as_array().unwrap().len()) {
+                frame.uavs.iter().for_each(|row| put(row.x_m, row.y_m, 0.0));
+                frame.groups.iter().for_each(|row| put(row.x_m, row.y_m, row.standoff_distance_m));
+                frame.truth.iter().for_each(|row| put(row.x_m, row.y_m, 0.0));
+                frame.tracks.iter().for_each(|row| put(row.state[0], row.state[3], 0.0));
+            }
+            let told: [f64; 4] = serde_json::from_value(overview["bounds_m"].clone()).unwrap();
+            let [west, south, east, north] = around;
+            assert_eq!(told, [west.floor(), south.floor(), east.ceil(), north.ceil()]);
+            assert!(read(&part.detail).directory.get("bounds_m").is_none());
+        }
+        assert!(left.next().is_none());
+    }
+    let empty = encoded(&scenario, &[Frame::default()], 1);
+    assert!(read(&empty[0].overview).directory.get("bounds_m").is_none(), "nothing has no bounds");
+}
+
+#[test]
+fn a_part_tells_of_the_run_as_a_whole() {
+    let (scenario, frames) = flight();
+    let rules = Rules::of(&scenario.settings);
+    let mut left = frames.iter();
+    let mut is_after_cue = false;
+    for part in &encoded(&scenario, &frames, 7) {
+        let overview = read(&part.overview);
+        for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
+            let frame = left.next().unwrap();
+            let judged = Judged::new(&rules, frame, is_after_cue);
+            is_after_cue |= !frame.truth.is_empty();
+            let count = |of: &dyn Fn(u32) -> bool| frame.truth.iter().filter(|row| of(row.target)).count() as f64;
+            let track = |id: u32| frame.tracks.iter().find(|row| row.target == id);
+            let in_view = |id: u32| judged.in_view(id) == Some(true);
+            let is_watched = |id: u32| in_view(id) && track(id).is_some_and(|row| row.group.is_some());
+            let judgeable = judged.in_view(frame.truth[0].target).is_some();
+            let got = |column| overview.value("run", column, 0, instant);
+            assert_eq!(got("targets"), Some(count(&|_| true)));
+            assert_eq!(got("tracked"), Some(count(&|id| track(id).is_some())));
+            assert_eq!(got("seen"), judgeable.then(|| count(&in_view)));
+            assert_eq!(got("watched"), judgeable.then(|| count(&is_watched)));
+            let errors = frame.truth.iter().filter_map(|row| judged.geometry.position_error_m(track(row.target)?));
+            let errors: Vec<f64> = errors.collect();
+            let mean_m2 = errors.iter().map(|error_m| error_m * error_m).sum::<f64>() / errors.len() as f64;
+            assert!(near(got("position_error_m"), Some(mean_m2.sqrt()).filter(|error_m| error_m.is_finite())));
+        }
+    }
+    assert!(left.next().is_none());
 }
 
 #[test]
