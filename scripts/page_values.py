@@ -142,11 +142,18 @@ def target_values(record, time):
         both = there is not None and track is not None
         found[target] = values | {
             "exists": there is not None,
+            **place(there, "true_x_m", "true_y_m"),
+            **place(track, "x_m", "y_m"),
             "detections": detections[target],
             "in_view": any(in_view(sensor, uav, there) for uav in pointed) if there is not None and after_cue else None,
             "error_m": np.hypot(*(track.position - there.position)) if both else None,
         }
     return found
+
+
+def place(row, x_m, y_m):
+    """Where something is, under these names."""
+    return dict(zip((x_m, y_m), row.position)) if row is not None else {x_m: None, y_m: None}
 
 
 if __name__ == "__main__":

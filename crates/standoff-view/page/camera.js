@@ -33,20 +33,31 @@ class Camera {
     this.y_m += y_m - now_y_m;
   }
 
-  /** Shows all of these places. */
-  fit(places) {
-    const xs = places.map((place) => place[0]).filter(Number.isFinite);
-    const ys = places.map((place) => place[1]).filter(Number.isFinite);
-    if (!xs.length || !ys.length) return;
-    const least = (values) => values.reduce((a, b) => Math.min(a, b));
-    const most = (values) => values.reduce((a, b) => Math.max(a, b));
-    const [west, east, south, north] = [least(xs), most(xs), least(ys), most(ys)];
-    this.x_m = (west + east) / 2;
-    this.y_m = (south + north) / 2;
-    const room = 1.15;
-    const wide = Math.max(room * (east - west), 200);
-    const high = Math.max(room * (north - south), 200);
-    this.px_per_m = Math.min(this.width / wide, this.height / high);
+  /** Where to look, and how closely, to see all between west, south, east and north, with room about it. */
+  fitted([west, south, east, north], room) {
+    const [wide, high] = [room * (east - west), room * (north - south)].map((side_m) => Math.max(side_m, 200));
+    const px_per_m = Math.min(this.width / wide, this.height / high);
+    return { x_m: (west + east) / 2, y_m: (south + north) / 2, px_per_m };
+  }
+
+  /** Whether all between west, south, east and north can be seen from there. */
+  holds([west, south, east, north], { x_m, y_m, px_per_m }) {
+    const [half_x_m, half_y_m] = [this.width / 2 / px_per_m, this.height / 2 / px_per_m];
+    return west >= x_m - half_x_m && east <= x_m + half_x_m && south >= y_m - half_y_m && north <= y_m + half_y_m;
+  }
+
+  /** Moves a share of the way to a goal; says whether it is there. */
+  glide(goal, share) {
+    const off_px = Math.hypot(goal.x_m - this.x_m, goal.y_m - this.y_m) * this.px_per_m;
+    const zoom = Math.log(goal.px_per_m / this.px_per_m);
+    if (share >= 1 || (off_px < 0.5 && Math.abs(zoom) < 1e-3)) {
+      Object.assign(this, goal);
+      return true;
+    }
+    this.x_m += share * (goal.x_m - this.x_m);
+    this.y_m += share * (goal.y_m - this.y_m);
+    this.px_per_m *= Math.exp(share * zoom);
+    return false;
   }
 
   sees(x_m, y_m, margin = 20) {

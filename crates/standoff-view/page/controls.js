@@ -1,13 +1,17 @@
 // Buttons, lists and keys.
 
-/** What can be followed. */
+/** What can be followed: a target once it is, the list would be too long. */
 function follows({ film, choice }) {
   const select = element("follow");
-  const wanted = [["", "nothing"], ...film.ids.groups.map((id) => [`group ${id}`, `group ${id}`]),
-    ...film.ids.uavs.map((id) => [`uav ${id}`, `UAV ${id}`])];
-  if (select.options.length === wanted.length) return;
-  select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
-  select.value = objectWord(choice.followed);
+  const word = objectWord(choice.followed);
+  const objects = [...film.ids.groups.map((id) => ({ kind: "group", id })), ...film.ids.uavs.map((id) => ({ kind: "uav", id }))];
+  if (choice.followed?.kind === "target") objects.push(choice.followed);
+  const wanted = [["run", "whole run"], ["now", "all now"], ["", "nothing"],
+    ...objects.map((object) => [objectWord(object), objectName(film, object)])];
+  if (String(wanted) !== String([...select.options].map(({ value, text }) => [value, text]))) {
+    select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  }
+  select.value = word;
 }
 
 /** Shows what the controls are set to. */
@@ -33,13 +37,12 @@ function connect(page) {
   element("speed").addEventListener("change", (change) => clock.setSpeed(Number(change.target.value)));
   const follow = element("follow");
   follow.addEventListener("change", () => page.choice.follow(wordObject(follow.value)));
-  for (const { choice } of page.runs) choice.on(() => (follow.value = objectWord(page.choice.followed)));
+  for (const { choice } of page.runs) choice.on(() => follows(page));
   const fit = () => {
-    for (const run of page.runs) {
-      run.choice.follow(null);
-      run.map.fit(run.scene(clock.time_s));
+    for (const { choice, map } of page.runs) {
+      map.view.restart();
+      choice.follow(WHOLE_RUN);
     }
-    page.renew();
   };
   pressed("fit", fit);
   const rule = (on) => {
@@ -53,7 +56,10 @@ function connect(page) {
   };
   pressed("ruler", () => rule(!page.map.ruler));
   const zoom = (factor) => {
-    for (const { map } of page.runs) map.camera.zoom(factor);
+    for (const { choice, map } of page.runs) {
+      choice.hold();
+      map.camera.zoom(factor);
+    }
     page.renew();
   };
   pressed("zoom-in", () => zoom(1.4));
@@ -79,8 +85,9 @@ function connect(page) {
     "-": () => zoom(0.8),
     0: fit,
     f: () => {
-      const next = follow.options[(follow.selectedIndex + 1) % follow.options.length];
-      page.choice.follow(wordObject(next.value));
+      const objects = [...follow.options].filter((option) => option.value.includes(" "));
+      const next = objects[objects.indexOf(follow.selectedOptions[0]) + 1];
+      page.choice.follow(next ? wordObject(next.value) : WHOLE_RUN);
     },
     r: () => rule(!page.map.ruler),
     t: () => element("theme").click(),
@@ -111,7 +118,7 @@ function layers(page) {
     for (const map of maps) map.canvas.dataset.layers = [...map.shown].join(" ");
     page.renew();
   };
-  for (const [name, words, shown] of LAYERS) {
+  for (const [name, words, shown, about] of LAYERS) {
     const box = document.createElement("input");
     box.type = "checkbox";
     box.checked = shown;
@@ -125,6 +132,7 @@ function layers(page) {
     });
     const label = document.createElement("label");
     label.append(box, ` ${words}`);
+    label.title = about;
     element("layers").append(label);
   }
   told();

@@ -28,6 +28,7 @@ function pointer(page, { map, film, choice }) {
       element("measured").textContent = map.measured();
     } else if (down.size === 2) {
       const [other] = [...down].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+      choice.hold();
       const apart = (a, b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
       // What is between the fingers stays there.
       camera.pan((x - before[0]) / 2, (y - before[1]) / 2);
@@ -45,6 +46,7 @@ function pointer(page, { map, film, choice }) {
     "wheel",
     (event) => {
       event.preventDefault();
+      choice.hold();
       camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...place(event));
       page.renew();
     },

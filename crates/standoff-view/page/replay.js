@@ -79,6 +79,7 @@ function pictures(page, name) {
       page.stale = false;
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
       page.runs.forEach(({ map }, index) => map.draw(scenes[index]));
+      if (page.runs.some(({ map }) => !map.view.isSettled)) page.renew();
       charts.follow();
       timeline.follow();
       // Tables are for reading: a few times a second, and always when time stands still.

@@ -31,6 +31,9 @@ function uavsAt(film, time_s) {
       centre_distance_m: now("centre_distance_m"),
       standoff_error_m: now("standoff_error_m"),
       line_of_sight_rad: now("line_of_sight_rad"),
+      now_x_m: now("x_m"),
+      now_y_m: now("y_m"),
+      out: outages(film).find((out) => out.uav === id && out.since_s <= time_s && time_s <= out.until_s) ?? null,
     });
   }
   return found;
@@ -93,6 +96,8 @@ function targetsAt(film, time_s) {
       true_y_m: moved("true_y_m"),
       x_m: moved("x_m"),
       y_m: moved("y_m"),
+      vx_m_s: at("vx_m_s"),
+      vy_m_s: at("vy_m_s"),
       covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
       status: tracked ? STATUS[at("status")] : null,
       place: tracked ? PLACE[at("place")] : null,
@@ -123,4 +128,31 @@ function concern(target) {
   if (target.status === "coasting") return "coasting";
   if (target.there && !target.tracked) return "untracked";
   return "";
+}
+
+/** By film: when UAVs were out, and how many instants and events that was worked out of. */
+const OUTAGES = new WeakMap();
+
+/**
+ * When UAVs were out, as far as has been loaded: since when, until when, and where they were then. A UAV that is out points
+ * no sensor; but neither does one with nothing to look at: the team must have noticed.
+ */
+function outages(film) {
+  const size = film.times_s.length + film.events.length;
+  if (OUTAGES.get(film)?.size === size) return OUTAGES.get(film).found;
+  const found = [];
+  for (const { time_s, uavs } of film.events.filter((event) => event.kind === "uav-lost")) {
+    for (const uav of uavs) {
+      const points = (instant) => !Number.isNaN(film.value("uavs", "boresight_rad", uav, instant));
+      let [first, last] = [film.instant(time_s), film.instant(time_s)];
+      if (points(first)) continue;
+      while (first > 0 && !points(first - 1)) first -= 1;
+      while (last + 1 < film.times_s.length && !points(last + 1)) last += 1;
+      const [x_m, y_m] = ["x_m", "y_m"].map((column) => film.value("uavs", column, uav, first));
+      const until_s = last + 1 < film.times_s.length ? film.times_s[last] : Infinity;
+      found.push({ uav, since_s: film.times_s[first], until_s, x_m, y_m });
+    }
+  }
+  OUTAGES.set(film, { size, found });
+  return found;
 }

@@ -1,0 +1,94 @@
+// Text on a map: no label lies on another one.
+
+/** Height of a line of text, px. */
+const LINE = 14;
+
+/** The labels of one picture. */
+class Labels {
+  constructor(pen, { width, height }) {
+    this.pen = pen;
+    this.width = width;
+    this.height = height;
+    /** What they cover: left, top, right, bottom, px. */
+    this.taken = [];
+  }
+
+  /** Text beside a place, off by `dx` and `dy` to one side or another, where it covers no other; else none. */
+  beside(text, x, y, dx, dy) {
+    const width = this.pen.measureText(text).width;
+    const corners = [[x + dx, y + dy], [x + dx, y - dy], [x - dx - width, y + dy], [x - dx - width, y - dy],
+      [x - width / 2, y + dy + LINE], [x - width / 2, y - dy - LINE]];
+    for (const [left, middle] of corners) {
+      const box = [left - 1, middle - LINE / 2, left + width + 1, middle + LINE / 2];
+      if (!this.isFree(box)) continue;
+      this.taken.push(box);
+      this.write(text, left, middle);
+      return;
+    }
+  }
+
+  isFree([left, top, right, bottom]) {
+    if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
+    return this.taken.every((box) => left >= box[2] || right <= box[0] || top >= box[3] || bottom <= box[1]);
+  }
+
+  /** Text with a rim in the ground's colour, so that it can be read over lines. */
+  write(text, x, y) {
+    const { pen } = this;
+    pen.textBaseline = "middle";
+    pen.strokeStyle = palette().ground;
+    pen.lineWidth = 3;
+    pen.strokeText(text, x, y);
+    pen.fillText(text, x, y);
+  }
+
+  /** Text that always stands there, moved into the picture where it would be cut off. */
+  hold(text, x, y) {
+    const width = this.pen.measureText(text).width;
+    const inside = (value, most) => Math.max(Math.min(value, most), 6);
+    this.write(text, inside(x, this.width - width - 6), inside(y, this.height - LINE));
+  }
+}
+
+/** A name from a file, cut to a length that fits on a map; what cannot be seen is shown as a mark. */
+function short(name) {
+  const seen = String(name).replace(/[\p{Cc}\p{Cf}\p{Cs}\p{Zl}\p{Zp}]/gu, "\ufffd");
+  return seen.length > 24 ? `${seen.slice(0, 23)}\u2026` : seen;
+}
+
+/** A target's name, as the page shows it. */
+function targetName(film, id) {
+  return short(film.head.targets[id] ?? `${id}`);
+}
+
+/** The names of what is in sight. What matters most comes first: where there is no room, names are left out. */
+function drawNames(map, { pen, labels, scene, size }) {
+  const { camera, choice, film } = map;
+  const sees = (one) => camera.sees(one.x_m, one.y_m, 0) && choice.passes(one.group);
+  pen.fillStyle = palette().ink;
+  for (const uav of scene.uavs) {
+    if (!sees(uav)) continue;
+    const out = uav.out ? " (dropped out)" : "";
+    labels.beside(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
+  }
+  for (const group of scene.groups) {
+    if (camera.sees(group.x_m, group.y_m, 0) && choice.passes(group.id)) {
+      labels.beside(`group ${group.id}`, ...camera.at(group.x_m, group.y_m), 8, 10);
+    }
+  }
+  pen.font = "11px system-ui, sans-serif";
+  const inSight = map.drawn.filter(({ target }) => target.tracked && sees(target));
+  const isChosen = ({ target }) => choice.isChosen("target", target.id);
+  const few = inSight.length > MOST_NAMED ? inSight.filter(isChosen) : inSight;
+  const named = few.map(({ target, x, y }) => {
+    const words = concern(target);
+    const also = words && words !== "out of view" ? ` (${words})` : "";
+    return { x, y, first: words || choice.isChosen("target", target.id), name: `${targetName(film, target.id)}${also}` };
+  });
+  for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {
+    labels.beside(name, x, y, 8 * size, 10);
+  }
+}
+
+/** More targets than this in sight have no names. */
+const MOST_NAMED = 60;

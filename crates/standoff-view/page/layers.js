@@ -1,0 +1,21 @@
+// The layers of a map, from the ground up: what is drawn later lies on top.
+
+/** Layers that can be switched: name, title, shown at first, what it means, how it is drawn. */
+const LAYERS = [
+  ["grid", "Grid and scale", true, "Lines at round distances; the scale below on the left is one step of them", drawGrid],
+  ["truth", "True targets", true, "Where targets really are, which no UAV knows", drawTruth],
+  ["target-trails", "Trails of targets", true, `Where tracks of targets have been in the last ${TRAIL_S} s, in their group's colour`,
+    drawTargetTrails],
+  ["trails", "Trails", true, `Where UAVs have been in the last ${TRAIL_S} s`, drawTrails],
+  ["desired", "Desired orbits", true, "r_d about the estimated centre of each group; broken where no orbit satisfies the constraints",
+    drawDesired],
+  ["flown", "Orbits as flown", true, "A UAV's last turn relative to its group's centre, drawn about the centre of now", drawFlown],
+  ["views", "Fields of view", true, "What the sensor of each UAV looks at, in the colour of the group that it serves", drawViews],
+  ["ellipses", "95 % ellipses", true, "Hold a target with 95 % probability if the filter is right; faint for targets in no group",
+    drawEllipses],
+  ["vectors", "Velocity vectors", true, `Where things will be in ${AHEAD_S} s: targets straight on at their estimated velocity, ` +
+    "UAVs at their speed and turn rate", drawVectors],
+  ["tracks", "Tracks", true, "Where the team thinks that targets are; the marks are explained under Keys", drawTracks],
+  ["uavs", "UAVs", true, "Nose along the heading; a cross is the last known place of one that has dropped out", drawUavs],
+  ["names", "Names", true, "Where there is no room, those with nothing to note go first", drawNames],
+];

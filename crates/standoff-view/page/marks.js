@@ -1,0 +1,205 @@
+// What there is, as marks on a map. Marks of one colour are drawn together: with hundreds of targets that is what keeps
+// pictures coming.
+
+/** Square root of the 95 % quantile of a chi-square of two degrees of freedom. */
+const SIGMAS = Math.sqrt(5.991);
+
+/** Items by what is said of them, in order of their first ones. */
+function grouped(items, of) {
+  const found = new Map();
+  for (const item of items) {
+    const key = of(item);
+    const some = found.get(key);
+    if (some) some.push(item);
+    else found.set(key, [item]);
+  }
+  return found;
+}
+
+/** Draws one path for all items of a colour: `add` adds an item to it, `end` strokes or fills it. */
+function inkedTogether(pen, items, colourOf, add, end = "stroke") {
+  for (const [colour, some] of grouped(items, colourOf)) {
+    pen.strokeStyle = pen.fillStyle = colour;
+    pen.beginPath();
+    for (const item of some) add(item);
+    pen[end]();
+  }
+}
+
+function addDisc(pen, x, y, r) {
+  pen.moveTo(x + r, y);
+  pen.arc(x, y, r, 0, 2 * Math.PI);
+}
+
+function addCross(pen, x, y, r) {
+  pen.moveTo(x - r, y - r);
+  pen.lineTo(x + r, y + r);
+  pen.moveTo(x - r, y + r);
+  pen.lineTo(x + r, y - r);
+}
+
+function addPlus(pen, x, y, r) {
+  pen.moveTo(x - r, y);
+  pen.lineTo(x + r, y);
+  pen.moveTo(x, y - r);
+  pen.lineTo(x, y + r);
+}
+
+/** Lines at round distances. */
+function drawGrid(map, { pen }) {
+  const { camera } = map;
+  const step_m = map.step_m();
+  const [west, north] = camera.world(0, 0);
+  const [east, south] = camera.world(camera.width, camera.height);
+  pen.strokeStyle = palette().grid;
+  pen.beginPath();
+  for (let x_m = Math.ceil(west / step_m) * step_m; x_m < east; x_m += step_m) {
+    const [x] = camera.at(x_m, 0);
+    pen.moveTo(x, 0);
+    pen.lineTo(x, camera.height);
+  }
+  for (let y_m = Math.ceil(south / step_m) * step_m; y_m < north; y_m += step_m) {
+    const [, y] = camera.at(0, y_m);
+    pen.moveTo(0, y);
+    pen.lineTo(camera.width, y);
+  }
+  pen.stroke();
+  drawScale(map, pen);
+}
+
+/** How long a step of the grid is, and where north is. */
+function drawScale(map, pen) {
+  const { camera } = map;
+  const step_m = map.step_m();
+  pen.strokeStyle = pen.fillStyle = palette().faint;
+  const length = step_m * camera.px_per_m;
+  const [left, low] = [16, camera.height - 16];
+  pen.lineWidth = 2;
+  pen.beginPath();
+  pen.moveTo(left, low - 5);
+  pen.lineTo(left, low);
+  pen.lineTo(left + length, low);
+  pen.lineTo(left + length, low - 5);
+  pen.stroke();
+  pen.fillText(`${metres(step_m)}`, left + 6, low - 6);
+  pen.textAlign = "center";
+  pen.fillText("N", left + 8, low - 58);
+  pen.beginPath();
+  pen.moveTo(left + 8, low - 54);
+  pen.lineTo(left + 13, low - 36);
+  pen.lineTo(left + 8, low - 40);
+  pen.lineTo(left + 3, low - 36);
+  pen.fill();
+}
+
+/** Where targets really are. */
+function drawTruth(map, { pen, scene, size }) {
+  const there = (scene.targets ?? []).filter((target) => target.there && map.camera.sees(target.true_x_m, target.true_y_m));
+  const { faint } = palette();
+  pen.lineWidth = 1.25;
+  inkedTogether(pen, there, ({ group }) => (map.choice.passes(group) ? faint : faded(faint, 0.2)), (target) => {
+    const [x, y] = map.camera.at(target.true_x_m, target.true_y_m);
+    addCross(pen, x, y, 3 * size);
+  });
+}
+
+/** What holds targets with 95 % probability; no larger than its mark, it would say nothing. */
+function drawEllipses(map, { pen, size }) {
+  const seen = [];
+  for (const { target, x, y } of map.drawn) {
+    if (!target.tracked) continue;
+    const [long, wide, turn_rad] = ellipseOf(target.covariance).map((value, k) => (k < 2 ? value * map.camera.px_per_m : value));
+    if (long > 4.5 * size) seen.push({ target, x, y, long, wide, turn_rad });
+  }
+  pen.lineWidth = 1.25;
+  for (const [isHeld, some] of grouped(seen, ({ target }) => target.status === "held")) {
+    pen.setLineDash(isHeld ? [] : [3, 3]);
+    const ink = ({ target: { group } }) => map.ink(group, group === null ? 0.45 : 1);
+    inkedTogether(pen, some, ink, ({ x, y, long, wide, turn_rad }) => {
+      pen.moveTo(x + long * Math.cos(turn_rad), y - long * Math.sin(turn_rad));
+      pen.ellipse(x, y, long, wide, -turn_rad, 0, 2 * Math.PI);
+    });
+  }
+}
+
+/** The half axes of the ellipse that holds a target with 95 % probability, m, and where the longer one points, rad. */
+function ellipseOf([xx, xy, yy]) {
+  const middle = (xx + yy) / 2;
+  const off = Math.hypot((xx - yy) / 2, xy);
+  const axis_m = (variance) => SIGMAS * Math.sqrt(Math.max(variance, 0));
+  return [axis_m(middle + off), axis_m(middle - off), 0.5 * Math.atan2(2 * xy, xx - yy)];
+}
+
+/** Held: a disc. Coasting or cued: a ring. Unassigned: a square. In dwell: two colours. Discarded: a cross. */
+function drawTracks(map, { pen, labels, size }) {
+  const looks = grouped(map.drawn.filter(({ target }) => target.tracked), ({ target }) =>
+    target.place === "discarded" || target.place === "unassigned" ? target.place : target.status === "held" ? "held" : "ring");
+  const ink = ({ target }) => map.ink(target.group);
+  const draw = (some, of, add, end) => inkedTogether(pen, some ?? [], of, add, end);
+  pen.lineWidth = size < 0.8 ? 1.25 : 2;
+  const half = 4 * size;
+  draw(looks.get("unassigned"), ink, ({ x, y }) => pen.rect(x - half, y - half, 2 * half, 2 * half));
+  draw(looks.get("discarded"), ink, ({ x, y }) => addCross(pen, x, y, 5 * size));
+  draw(looks.get("ring"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size));
+  draw(looks.get("held"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size), "fill");
+  const passing = map.drawn.filter(({ target }) => target.tracked && target.place === "dwell");
+  draw(passing, ({ target }) => map.ink(target.to_group), ({ x, y }) => addDisc(pen, x, y, 8 * size));
+  const { alarm } = palette();
+  pen.lineWidth = 2.5;
+  const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.choice.passes(target.group));
+  draw(hidden, () => alarm, ({ x, y }) => addDisc(pen, x, y, 12));
+  pen.fillStyle = alarm;
+  for (const { x, y } of hidden) labels.beside("out of view", x, y, 15, 8);
+}
+
+/** An aircraft, nose along x. */
+const AIRCRAFT = [[13, 0], [2, 2.2], [0, 12], [-4, 12], [-2.5, 2], [-9, 1.5], [-11, 5], [-13, 5], [-12, 0], [-13, -5], [-11, -5],
+  [-9, -1.5], [-2.5, -2], [-4, -12], [0, -12], [2, -2.2]];
+
+/** UAVs; of one that has dropped out, its last place that the team knows of. */
+function drawUavs(map, { pen, labels, scene }) {
+  const { camera, film, choice } = map;
+  for (const uav of scene.uavs) {
+    const isFaint = uav.out || !choice.passes(uav.group);
+    const colour = uavColour(film, uav.id);
+    if (camera.sees(uav.x_m, uav.y_m)) {
+      const [x, y] = camera.at(uav.x_m, uav.y_m);
+      const [cos, sin] = [Math.cos(uav.heading_rad), Math.sin(uav.heading_rad)];
+      pen.fillStyle = isFaint ? faded(colour, 0.35) : colour;
+      pen.strokeStyle = palette().ground;
+      pen.lineWidth = 1.5;
+      pen.beginPath();
+      // The canvas counts y downwards.
+      for (const [dx, dy] of AIRCRAFT) pen.lineTo(x + dx * cos + dy * sin, y - dx * sin + dy * cos);
+      pen.closePath();
+      pen.stroke();
+      pen.fill();
+    }
+    if (uav.out && camera.sees(uav.out.x_m, uav.out.y_m)) {
+      const [x, y] = camera.at(uav.out.x_m, uav.out.y_m);
+      const { alarm } = palette();
+      pen.strokeStyle = pen.fillStyle = alarm;
+      pen.lineWidth = 3;
+      pen.beginPath();
+      addCross(pen, x, y, 9);
+      pen.stroke();
+      labels.beside(outWords(uav), x, y, 13, 8);
+    }
+  }
+}
+
+/** That a UAV has dropped out, in words. */
+function outWords({ id, out }) {
+  return `UAV ${id} dropped out at ${out.since_s.toFixed(1)} s`;
+}
+
+/** The round number, 1, 2 or 5 times a power of ten, that is next above a value. */
+function roundStep(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= value * (1 - 1e-9));
+}
+
+function metres(value_m) {
+  if (value_m >= 10000) return `${(value_m / 1000).toFixed(1)} km`;
+  return `${value_m >= 10 ? value_m.toFixed(0) : value_m.toPrecision(2)} m`;
+}

@@ -1,0 +1,175 @@
+// What moves, as lines on a map: trails, orbits, fields of view, and where things will be soon.
+
+/** How long trails are, s. */
+const TRAIL_S = 60;
+/** Places that the trails of all targets may have together: beyond, each has fewer. */
+const MOST_TRAIL_PLACES = 6000;
+/** How far ahead velocity vectors reach, s. */
+const AHEAD_S = 10;
+
+/** A line through places, broken where there is none. */
+function addPath(camera, pen, places) {
+  let down = false;
+  for (const [x_m, y_m] of places) {
+    if (Number.isNaN(x_m)) {
+      down = false;
+      continue;
+    }
+    const [x, y] = camera.at(x_m, y_m);
+    if (down) pen.lineTo(x, y);
+    else pen.moveTo(x, y);
+    down = true;
+  }
+}
+
+function strokePath(camera, pen, places) {
+  pen.beginPath();
+  addPath(camera, pen, places);
+  pen.stroke();
+}
+
+/** Instants from a time on, until now. */
+function* recent(film, time_s, from_s) {
+  const last = film.instant(time_s);
+  for (let k = Math.max(0, film.instant(Math.max(from_s, film.times_s[0] ?? 0))); k <= last; k++) yield k;
+}
+
+function drawTrails(map, { pen, scene }) {
+  const { film, choice, camera } = map;
+  pen.lineWidth = 1.5;
+  for (const uav of scene.uavs) {
+    const places = [];
+    for (const k of recent(film, scene.time_s, scene.time_s - TRAIL_S)) {
+      places.push([film.value("uavs", "x_m", uav.id, k), film.value("uavs", "y_m", uav.id, k)]);
+    }
+    places.push([uav.x_m, uav.y_m]);
+    pen.strokeStyle = faded(uavColour(film, uav.id), choice.passes(uav.group) ? 0.55 : 0.1);
+    strokePath(camera, pen, places);
+  }
+}
+
+/** Where the tracks of targets in sight have been in the last minute, as far as that has been loaded. */
+function drawTargetTrails(map, { pen, scene }) {
+  const { film, camera } = map;
+  const seen = map.drawn.filter(({ target }) => target.tracked);
+  if (!seen.length) return;
+  const times = [];
+  for (const half of [...film.details].sort((a, b) => a[0] - b[0]).map(([, held]) => held.half)) {
+    half.times_s.forEach((time_s, instant) => {
+      if (time_s > scene.time_s - TRAIL_S && time_s < scene.time_s) times.push({ half, instant, time_s });
+    });
+  }
+  // Instants at round numbers of steps stay the same while time goes on: a trail does not crawl.
+  const apart_s = times.length > 1 ? times[1].time_s - times[0].time_s : 1;
+  const step = Math.max(1, Math.ceil((times.length * seen.length) / MOST_TRAIL_PLACES));
+  const chosen = times.filter(({ time_s }) => Math.round(time_s / apart_s) % step === 0);
+  pen.lineWidth = 1;
+  inkedTogether(pen, seen, ({ target }) => map.ink(target.group, 0.5), ({ target, x, y }) => {
+    let down = false;
+    for (const { half, instant } of chosen) {
+      const { targets } = half.tables;
+      const x_m = targets.value("x_m", target.id, instant);
+      if (Number.isNaN(x_m)) {
+        down = false;
+        continue;
+      }
+      const [px, py] = camera.at(x_m, targets.value("y_m", target.id, instant));
+      if (down) pen.lineTo(px, py);
+      else pen.moveTo(px, py);
+      down = true;
+    }
+    if (down) pen.lineTo(x, y);
+  });
+}
+
+function drawDesired(map, { pen, scene }) {
+  const { camera } = map;
+  for (const group of scene.groups) {
+    const [x, y] = camera.at(group.x_m, group.y_m);
+    pen.strokeStyle = map.ink(group.id);
+    pen.lineWidth = 2;
+    pen.setLineDash(group.feasible ? [] : [4, 6]);
+    pen.beginPath();
+    pen.arc(x, y, Math.max(0, group.standoff_distance_m * camera.px_per_m), 0, 2 * Math.PI);
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    addPlus(pen, x, y, 6);
+    pen.stroke();
+  }
+}
+
+/** Where the UAVs of a group have been relative to its centre, drawn about its centre of now. */
+function drawFlown(map, { pen, scene }) {
+  const { film, choice, camera } = map;
+  pen.lineWidth = 1.25;
+  pen.setLineDash([2, 4]);
+  for (const uav of scene.uavs) {
+    const group = scene.groups.find((one) => one.id === uav.group);
+    if (!group) continue;
+    const turn_s = Math.min((2 * Math.PI * group.standoff_distance_m) / Math.max(uav.speed_m_s, 1), 4 * TRAIL_S);
+    const places = [];
+    for (const k of recent(film, scene.time_s, scene.time_s - turn_s)) {
+      const same = film.value("uavs", "group", uav.id, k) === group.id;
+      const dx = film.value("uavs", "x_m", uav.id, k) - film.value("groups", "x_m", group.id, k);
+      const dy = film.value("uavs", "y_m", uav.id, k) - film.value("groups", "y_m", group.id, k);
+      places.push(same ? [group.x_m + dx, group.y_m + dy] : [NaN, NaN]);
+    }
+    places.push([uav.x_m, uav.y_m]);
+    const colour = uavColour(film, uav.id);
+    pen.strokeStyle = choice.passes(group.id) ? colour : faded(colour, 0.15);
+    strokePath(camera, pen, places);
+  }
+}
+
+/** How far the wedge of a UAV is drawn: over its group. Its sensor may reach further, or less far. */
+function wedgeReach_m(uav, scene) {
+  const group = scene.groups.find((one) => one.id === uav.group);
+  return group ? Math.hypot(uav.x_m - group.x_m, uav.y_m - group.y_m) + group.spread_m + 40 : 400;
+}
+
+function drawViews(map, { pen, scene }) {
+  const half_rad = map.film.head.limits.field_of_view_rad / 2;
+  for (const uav of scene.uavs) {
+    if (Number.isNaN(uav.boresight_rad)) continue;
+    const [x, y] = map.camera.at(uav.x_m, uav.y_m);
+    pen.beginPath();
+    pen.moveTo(x, y);
+    // The canvas counts angles clockwise.
+    pen.arc(x, y, wedgeReach_m(uav, scene) * map.camera.px_per_m, -uav.boresight_rad - half_rad, -uav.boresight_rad + half_rad);
+    pen.closePath();
+    pen.fillStyle = map.ink(uav.group, 0.1);
+    pen.fill();
+    pen.strokeStyle = map.ink(uav.group, 0.45);
+    pen.stroke();
+  }
+}
+
+/** Where targets and UAVs will be soon: targets if they go straight on, UAVs if they turn on as they do. */
+function drawVectors(map, { pen, scene }) {
+  const { camera } = map;
+  const moving = map.drawn.filter(({ target }) => target.tracked && !Number.isNaN(target.vx_m_s));
+  pen.lineWidth = 1.25;
+  inkedTogether(pen, moving, ({ target }) => map.ink(target.group, 0.8), ({ target, x, y }) => {
+    pen.moveTo(x, y);
+    pen.lineTo(...camera.at(target.x_m + target.vx_m_s * AHEAD_S, target.y_m + target.vy_m_s * AHEAD_S));
+  });
+  pen.lineWidth = 1.5;
+  inkedTogether(pen, scene.uavs, ({ id, group }) => faded(uavColour(map.film, id), map.choice.passes(group) ? 0.8 : 0.15), (uav) =>
+    addPath(camera, pen, ahead(uav)));
+}
+
+/** Where a UAV will be from now on, if it keeps its speed and turn rate. */
+function ahead(uav) {
+  const places = [[uav.x_m, uav.y_m]];
+  const step_s = AHEAD_S / 10;
+  let [x_m, y_m] = places[0];
+  for (let k = 0; k < 10; k++) {
+    const heading_rad = uav.heading_rad + uav.turn_rate_rad_s * step_s * (k + 0.5);
+    x_m += uav.speed_m_s * step_s * Math.cos(heading_rad);
+    y_m += uav.speed_m_s * step_s * Math.sin(heading_rad);
+    places.push([x_m, y_m]);
+  }
+  return places;
+}

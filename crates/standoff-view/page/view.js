@@ -1,0 +1,103 @@
+// What a map keeps in sight: the whole run, all that there is now, one object, or what the reader has turned it to.
+
+/** Room about what is fitted, as a factor. */
+const ROOM = 1.15;
+/** The same where what is fitted grows or moves: the map need not move with every picture. */
+const AMPLE_ROOM = 1.4;
+/** How soon the map has gone most of the way to where it moves by itself, s. */
+const GLIDE_S = 0.3;
+
+class View {
+  constructor({ camera, film, choice }) {
+    this.camera = camera;
+    this.film = film;
+    this.choice = choice;
+    /** Where the camera is going: as a camera has it. */
+    this.goal = null;
+    /** What the goal is of. */
+    this.kept = null;
+    /** Bounds that were fitted, m. */
+    this.fitted_m = null;
+    this.last_ms = 0;
+    /** There is no more to move in the pictures to come. */
+    this.isSettled = true;
+  }
+
+  /** The next picture shows it as it should be, without going there slowly. */
+  restart() {
+    this.goal = null;
+  }
+
+  /** Moves the camera on to the picture of a scene. */
+  keep(scene, now_ms = performance.now()) {
+    const { followed } = this.choice;
+    const passed_s = Math.min((now_ms - this.last_ms) / 1000, 0.1);
+    this.last_ms = now_ms;
+    this.isSettled = true;
+    if (followed !== this.kept) this.goal = null;
+    this.kept = followed;
+    if (!followed) return;
+    if (followed.kind !== "run" && followed.kind !== "now") {
+      const place = placeAt(scene, followed);
+      if (place) [this.camera.x_m, this.camera.y_m] = place;
+      return;
+    }
+    const bounds_m = (followed.kind === "run" && this.film.bounds_m()) || boundsOf(scene);
+    if (bounds_m) this.fit(bounds_m, followed.kind === "now" || this.isGrowing, passed_s);
+  }
+
+  /** The run is being flown. */
+  get isGrowing() {
+    return this.film.head.live && !this.film.done;
+  }
+
+  /** Fits at once, or where what is fitted moves: with room to spare, rarely, and gliding there. */
+  fit(bounds_m, moves, passed_s) {
+    const { camera } = this;
+    if (!moves && String(bounds_m) !== String(this.fitted_m)) this.goal = null;
+    if (!this.goal) {
+      this.goal = camera.fitted(bounds_m, moves ? AMPLE_ROOM : ROOM);
+      this.fitted_m = bounds_m;
+      Object.assign(camera, this.goal);
+      return;
+    }
+    const tight = camera.fitted(bounds_m, 1.02).px_per_m;
+    const isOut = !camera.holds(bounds_m, this.goal) || this.goal.px_per_m < tight / (1.6 * AMPLE_ROOM);
+    if (moves && isOut) this.goal = camera.fitted(bounds_m, AMPLE_ROOM);
+    this.isSettled = camera.glide(this.goal, calm() ? 1 : 1 - Math.exp(-passed_s / GLIDE_S));
+  }
+}
+
+/** The reader wants nothing to move that need not. */
+function calm() {
+  return window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+}
+
+/** West, south, east, north of all that a scene shows, m; `null` if that is nothing. */
+function boundsOf({ uavs, groups, targets }) {
+  let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
+  const put = (x_m, y_m, r_m = 0) => {
+    if (!Number.isFinite(x_m + y_m)) return;
+    [west, south] = [Math.min(west, x_m - r_m), Math.min(south, y_m - r_m)];
+    [east, north] = [Math.max(east, x_m + r_m), Math.max(north, y_m + r_m)];
+  };
+  for (const uav of uavs) put(uav.x_m, uav.y_m);
+  for (const group of groups) put(group.x_m, group.y_m, group.standoff_distance_m);
+  for (const target of targets ?? []) {
+    put(target.x_m, target.y_m);
+    put(target.true_x_m, target.true_y_m);
+  }
+  return west <= east ? [west, south, east, north] : null;
+}
+
+/** An object of a scene; nothing, if it is not there. */
+function found(scene, { kind, id }) {
+  return (scene[`${kind}s`] ?? []).find((one) => one.id === id);
+}
+
+/** Where an object of a scene is, as the team knows it, m; nothing, if it is not there. */
+function placeAt(scene, object) {
+  const one = found(scene, object);
+  if (!one) return null;
+  return object.kind === "target" && !one.tracked ? [one.true_x_m, one.true_y_m] : [one.x_m, one.y_m];
+}
