@@ -54,6 +54,63 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
   assert.equal(await run.end(), 0);
 });
 
+/** Notes of every picture on the map of which times its UAVs and its targets are, and what the page says. */
+function notePictures() {
+  window.noted = [];
+  let pictures;
+  const look = () => {
+    const map = document.getElementById("map");
+    if (map && document.body.dataset.pictures !== pictures) {
+      pictures = document.body.dataset.pictures;
+      const words = document.getElementById("warning").textContent;
+      window.noted.push({ uavs_s: map.dataset.uavsS, targets_s: map.dataset.targetsS, words });
+    }
+    requestAnimationFrame(look);
+  };
+  requestAnimationFrame(look);
+}
+
+test("a page opened late never shows targets of another time than the UAVs, and says so until it has caught up", limits, async () => {
+  const run = await serving("run", "best/figure-9", "--set", "duration_s=4000", "--view", "--rate", "20", "--out", "late");
+  const LATE_MS = 700;
+  // However the test ends, the run does not go on.
+  after(run.end);
+  for (const delayed of [false, false, false, false, true]) {
+    await new Promise((resolve) => setTimeout(resolve, 1200 * Math.random()));
+    const prepare = async (page) => {
+      await page.addInitScript(notePictures);
+      if (!delayed) return;
+      await page.route("**/detail/*", async (route) => {
+        const response = await route.fetch();
+        await new Promise((resolve) => setTimeout(resolve, LATE_MS));
+        await route.fulfill({ response }).catch(() => {});
+      });
+    };
+    const { page, complaints, close } = await watching(run.address, prepare);
+    // A page that keeps up says nothing of it; one whose targets always come late always does.
+    await page.waitForFunction((delayed) => {
+      const last = window.noted.slice(delayed ? -5 : -20);
+      const isBehind = (picture) => /catching up: \d+ s behind/.test(picture.words);
+      const isWhole = (picture) => picture.targets_s > 0 && !/catching up|loading/.test(picture.words);
+      const times = new Set(window.noted.map((picture) => picture.targets_s));
+      return times.size >= 5 && last.every(delayed ? (picture) => picture.targets_s > 0 && isBehind(picture) : isWhole);
+    }, delayed);
+    const noted = (await page.evaluate(() => window.noted)).filter((picture) => picture.uavs_s !== undefined);
+    for (const { uavs_s, targets_s, words } of noted) {
+      if (targets_s === "") assert.match(words, /loading targets/, `at ${uavs_s} s`);
+      else assert.ok(Math.abs(uavs_s - targets_s) < 0.002, `UAVs of ${uavs_s} s beside targets of ${targets_s} s`);
+    }
+    // Who looks back sees both of that time.
+    await page.keyboard.press(" ");
+    await page.keyboard.press("Home");
+    await page.waitForFunction(() => document.getElementById("map").dataset.targetsS === "0.000");
+    assert.equal(await page.getAttribute("#map", "data-uavs-s"), "0.000");
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+  assert.equal(await run.end(), 1);
+});
+
 test("a run ends as soon with a page that reads nothing as with none", limits, async () => {
   const run = await serving("run", "tour/02-two-uavs", "--view", "--rate", "100", "--out", "slow");
   const { page } = await watching(run.address);

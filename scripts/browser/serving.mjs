@@ -44,8 +44,8 @@ export async function serving(...args) {
   return { address, end };
 }
 
-/** A page that collects what it complains about. */
-export async function watching(address) {
+/** A page that collects what it complains about; `prepare` has it before anything is fetched. */
+export async function watching(address, prepare) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 } });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
@@ -57,6 +57,7 @@ export async function watching(address) {
   page.on("request", (request) => {
     if (!/^(blob|data):/.test(request.url()) && !request.url().startsWith(address)) complaints.push(request.url());
   });
+  await prepare?.(page);
   await page.goto(address);
   await page.waitForSelector("body[data-ready]");
   return { page, complaints, close: () => context.close() };

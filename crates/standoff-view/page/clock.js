@@ -72,21 +72,31 @@ class Clock {
     this.setSpeed(Clock.SPEEDS[Math.min(Math.max(index, 0), Clock.SPEEDS.length - 1)]);
   }
 
+  /**
+   * Follows the newest instant of which everything is there, the faster the further behind it is; jumps if it is far
+   * behind, or if something on the way is not there.
+   */
+  glide(passed_s) {
+    const { film } = this;
+    const end_s = film.shown_end_s;
+    const behind_s = end_s - this.time_s;
+    if (!(behind_s > 0)) return;
+    const { period_s } = film.head;
+    const from_s = behind_s > 20 * period_s ? Math.max(end_s - period_s, this.time_s) : this.time_s;
+    const next_s = Math.min(from_s + passed_s * Math.max(1, 4 * behind_s), end_s);
+    this.time_s = film.isWhole(next_s) ? next_s : end_s;
+  }
+
   /** Moves on to the time of a picture; says whether anything moved. */
   tick(now_ms) {
     const passed_s = this.last_ms === null ? 0 : Math.min((now_ms - this.last_ms) / 1000, 0.25);
     this.last_ms = now_ms;
     if (!this.playing) return false;
     const before_s = this.time_s;
-    if (this.following) {
-      // Glides after the newest instant, the faster the further behind it is; jumps if it is far behind.
-      const behind_s = this.film.end_s - this.time_s;
-      if (behind_s > 20 * this.film.head.period_s) this.time_s = this.film.end_s - this.film.head.period_s;
-      this.time_s += passed_s * Math.max(1, behind_s / this.film.head.period_s);
-    } else {
-      this.time_s += passed_s * this.speed;
-    }
-    this.time_s = Math.min(this.time_s, this.film.end_s);
+    if (this.following) this.glide(passed_s);
+    else this.time_s = Math.min(this.time_s + passed_s * this.speed, this.film.end_s);
+    // Who has caught up with a run that is being flown stays at its newest instant.
+    if (!this.film.done && !this.following && this.time_s >= this.film.end_s) this.follow();
     if (this.film.done && this.time_s >= this.film.end_s) this.pause();
     if (this.time_s !== before_s) this.tell();
     return this.time_s !== before_s;

@@ -83,9 +83,11 @@ class Film {
     this.starts = [];
     this.times_s = [];
     this.events = [];
-    /** By part: the detail, and of how many instants of the overview it is. */
+    /** By part: the detail, and how many instants the overview had when it was asked for. */
     this.details = new Map();
     this.wanted = [];
+    /** The newest instant is being looked at: its detail is loaded first. */
+    this.followed = false;
     this.loading = false;
     this.ids = { uavs: [], groups: [] };
     /** By group: which of the palette's colours it has. */
@@ -158,12 +160,44 @@ class Film {
     return values;
   }
 
-  /** The detail around a time, if it has been loaded; else `undefined`, and it is loaded. */
+  /**
+   * The detail around a time, if it has been loaded as far as that; else `undefined`, and it is loaded. Of a part that
+   * grows, one half may be older than the other: targets are never shown of another time than the UAVs beside them.
+   */
   detail(time_s) {
     const part = this.part(this.instant(time_s));
-    this.wanted = [part, part + 1];
+    const last = this.parts.length - 1;
+    this.wanted = this.followed && last > part + 1 ? [last] : [part, part + 1];
     this.load();
-    return this.details.get(part)?.half;
+    return this.isWhole(time_s) ? this.details.get(part).half : undefined;
+  }
+
+  /** Whether both halves are there at a time: of the instant that is on, and of the next one if it is between them. */
+  isWhole(time_s) {
+    const instant = this.instant(time_s);
+    const part = this.part(instant);
+    const half = this.details.get(part)?.half;
+    const { stride } = this.head;
+    const at = Math.floor((instant - this.starts[part]) / stride);
+    if (!half || at >= half.times_s.length) return false;
+    if (at + 1 < half.times_s.length || time_s <= half.times_s[at] + 1e-9) return true;
+    if ((at + 1) * stride < this.parts[part].times_s.length) return false;
+    return part + 1 === this.parts.length || this.details.get(part + 1)?.half.times_s.length > 0;
+  }
+
+  /** The newest instant of which both halves are there; -Infinity if of none. */
+  get shown_end_s() {
+    for (let part = this.parts.length - 1; part >= 0; part--) {
+      const told = (this.details.get(part)?.half.times_s.length ?? 0) * this.head.stride;
+      if (told > 0) return this.times_s[this.starts[part] + Math.min(told, this.parts[part].times_s.length) - 1];
+    }
+    return -Infinity;
+  }
+
+  /** The times of a detail, and the first of the one that follows it: between those two targets are shown, too. */
+  detailTimes(detail) {
+    const following = this.after(detail);
+    return following ? [...detail.times_s, following.times_s[0]] : detail.times_s;
   }
 
   /** The detail that follows another one, if it has been loaded and holds anything. */

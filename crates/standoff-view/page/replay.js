@@ -65,7 +65,8 @@ async function showReplay(sources) {
   window.addEventListener("resize", () => page.timeline.renew());
   const name = page.runs.length > 1 ? nameViews(page) : () => {};
   pictures(page, name);
-  for (const run of page.runs) load(page, run);
+  const drawCharts = drawsCharts(page);
+  for (const run of page.runs) load(page, run, drawCharts);
 }
 
 /** Draws pictures, as often as anything has changed and the browser allows. */
@@ -74,12 +75,16 @@ function pictures(page, name) {
   let told_ms = -Infinity;
   const picture = (now_ms) => {
     clock.tick(now_ms);
-    for (const { map } of page.runs) if (map.resize()) page.renew();
+    for (const run of page.runs) {
+      run.note(now_ms, clock.following);
+      if (run.map.resize()) page.renew();
+    }
     if (page.stale && page.runs.every(({ film }) => film.times_s.length)) {
       page.stale = false;
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
-      page.runs.forEach(({ map }, index) => map.draw(scenes[index]));
+      page.runs.forEach((run, index) => run.draw(scenes[index]));
       if (page.runs.some(({ map }) => !map.view.isSettled)) page.renew();
+      state.lacks([...new Set(page.runs.map((run, index) => run.lacks(scenes[index], now_ms)))]);
       charts.follow();
       timeline.follow();
       // Tables are for reading: a few times a second, and always when time stands still.
@@ -96,28 +101,44 @@ function pictures(page, name) {
   requestAnimationFrame(picture);
 }
 
+/** What draws the charts, at most once a second while there comes more; their script comes first, once. */
+function drawsCharts(page) {
+  let drawn_ms = -Infinity;
+  let drawing = null;
+  let isDrawn = false;
+  const draw = async () => {
+    if (!window.Plotly) {
+      // The charts' script is large: first the map.
+      await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+      await page.runs[0].source.charts();
+    }
+    while (!isDrawn && (page.clock.film.done || performance.now() - drawn_ms > 1000)) {
+      isDrawn = true;
+      drawn_ms = performance.now();
+      await page.charts.draw();
+      document.body.dataset.ready = "charts";
+    }
+  };
+  return () => {
+    isDrawn = false;
+    drawing ??= draw()
+      .catch((error) => page.state.trouble(`The charts could not be drawn: ${error.message}`))
+      .finally(() => (drawing = null));
+  };
+}
+
 /** Loads a run, and shows what has come. */
-function load(page, run) {
-  const { film, source } = run;
-  let drawn_ms = 0;
+function load(page, run, drawCharts) {
   run.load({
     begun: () => begin(page),
     whole: () => showOutcome(page),
-    changed: async () => {
+    changed: () => {
       page.renew();
       page.timeline.renew();
       follows(page);
       controls(page);
-      if (!window.Plotly && run === page.runs[0] && film.parts.length) {
-        // The charts' script is large: first the map.
-        await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
-        await source.charts();
-      }
-      if (window.Plotly && run === page.run && (film.done || performance.now() - drawn_ms > 1000)) {
-        drawn_ms = performance.now();
-        await page.charts.draw();
-        document.body.dataset.ready = "charts";
-      }
+      // Charts take long; what else there is does not wait for them.
+      if (page.film.parts.length) drawCharts();
     },
     trouble: (words) => page.state.trouble(words),
   });

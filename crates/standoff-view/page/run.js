@@ -8,12 +8,50 @@ class Run {
     this.film = new Film(source, head);
     this.choice = new Choice();
     this.map = new MissionMap(canvas, this.film, this.choice);
+    /** How many parts there are that will not change any more, of how many instants the one after them is: told, and taken in. */
+    this.told = { sealed: 0, open: 0, done: false };
+    this.taken = { sealed: 0, open: 0 };
+    /** When the page last had all that there was, and what it said of being late, and when. */
+    this.whole_ms = -Infinity;
+    this.late = { words: "", at_ms: -Infinity };
   }
 
   /** What there is at a time. */
   scene(time_s) {
     const { film } = this;
-    return { time_s, uavs: uavsAt(film, time_s), groups: groupsAt(film, time_s), targets: targetsAt(film, time_s) };
+    const targets = targetsAt(film, time_s);
+    return { time_s, uavs: uavsAt(film, time_s), groups: groupsAt(film, time_s), targets, ...shownTimes(film, time_s) };
+  }
+
+  /** Draws the map; of which times its UAVs and its targets are stands there as text, too. */
+  draw(scene) {
+    this.map.draw(scene);
+    const text = (time_s) => time_s?.toFixed(3) ?? "";
+    Object.assign(this.map.canvas.dataset, { uavsS: text(scene.uavs_s), targetsS: text(scene.targets_s) });
+  }
+
+  get isBehind() {
+    const { told, taken } = this;
+    return taken.sealed < told.sealed || taken.open !== told.open;
+  }
+
+  /** Notes at every picture whether the page keeps up, and whether the newest instant is looked at. */
+  note(now_ms, isFollowed) {
+    const { film } = this;
+    film.followed = isFollowed;
+    if (!this.isBehind && film.shown_end_s >= film.end_s) this.whole_ms = now_ms;
+  }
+
+  /** What is missing in a picture, in words; nothing if all is well. Who keeps up within a second is not behind. */
+  lacks(scene, now_ms) {
+    const { film, late } = this;
+    const behind_s = film.end_s - scene.time_s;
+    if (!film.followed || now_ms - this.whole_ms < 1000 || behind_s <= film.head.period_s) late.words = "";
+    else if (!late.words || now_ms - late.at_ms > 1000) {
+      const least = this.taken.sealed < this.told.sealed ? "more than " : "";
+      this.late = { words: `catching up: ${least}${Math.ceil(behind_s)} s behind`, at_ms: now_ms };
+    }
+    return [this.late.words, scene.targets === null ? "loading targets" : ""].filter(Boolean).join(", ");
   }
 
   /**
@@ -22,33 +60,31 @@ class Run {
    */
   load({ begun, changed, whole, trouble }) {
     const { film, source } = this;
-    let state = { sealed: 0, open: 0, done: false };
-    // Parts loaded for good, and how much of the one after them.
-    let [sealed, open] = [0, 0];
     let loading = false;
     let again;
-    const isBehind = () => sealed < state.sealed || open !== state.open;
     const pause_ms = 2000;
     const more = async () => {
       if (loading) return;
       loading = true;
       try {
-        while (isBehind()) {
-          const isSealed = sealed < state.sealed;
-          if (isSealed || state.open > 0) {
+        while (this.isBehind) {
+          const { sealed } = this.taken;
+          const isSealed = sealed < this.told.sealed;
+          const open = isSealed ? 0 : this.told.open;
+          if (isSealed || open > 0) {
             const isFirst = film.parts.length === 0;
             film.put(sealed, await source.half("overview", sealed));
             if (isFirst) begun();
           }
-          [sealed, open] = isSealed ? [sealed + 1, 0] : [sealed, state.open];
+          this.taken = { sealed: isSealed ? sealed + 1 : sealed, open };
         }
-        if (state.done && !film.done) {
+        if (this.told.done && !film.done) {
           film.done = true;
           film.head = await source.head();
           whole();
         }
-        await changed();
         trouble("");
+        changed();
       } catch (error) {
         trouble(`The data could not be read: ${error.message}`);
         loading = false;
@@ -58,15 +94,15 @@ class Run {
         return;
       }
       loading = false;
-      if (isBehind() || (state.done && !film.done)) more();
+      if (this.isBehind || (this.told.done && !film.done)) more();
     };
     const told = (now) => {
       // Another run is served at the same address by now.
-      if (state.run !== undefined && state.run !== now.run) {
+      if (this.told.run !== undefined && this.told.run !== now.run) {
         location.reload();
         return;
       }
-      state = now;
+      this.told = now;
       trouble("");
       more();
     };

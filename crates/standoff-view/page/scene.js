@@ -72,8 +72,7 @@ function targetsAt(film, time_s) {
   if (!detail) return null;
   const table = detail.tables.targets;
   const following = film.after(detail);
-  const times_s = following ? [...detail.times_s, following.times_s[0]] : detail.times_s;
-  const { instant, share } = placeOf(times_s, time_s);
+  const { instant, share } = placeOf(film.detailTimes(detail), time_s);
   const columns = Object.fromEntries(table.columns);
   const found = [];
   table.ids.forEach((id, place) => {
@@ -109,6 +108,16 @@ function targetsAt(film, time_s) {
     });
   });
   return found;
+}
+
+/** The times of which UAVs and targets are shown at a time: those of targets are absent while they are being loaded. */
+function shownTimes(film, time_s) {
+  const shown_s = (times_s) => {
+    const { instant, share } = placeOf(times_s, time_s);
+    return share > 0 ? times_s[instant] + share * (times_s[instant + 1] - times_s[instant]) : times_s[instant];
+  };
+  const detail = film.detail(time_s);
+  return { uavs_s: shown_s(film.times_s), targets_s: detail && shown_s(film.detailTimes(detail)) };
 }
 
 /** The last instant not after a time, and how far towards the next one it is. */

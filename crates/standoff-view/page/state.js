@@ -58,6 +58,7 @@ class State {
     }
     this.said = null;
     this.troubled = "";
+    this.lacking = [];
     this.told = [];
     this.grave = false;
   }
@@ -94,7 +95,6 @@ class State {
       return `${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`;
     });
     for (const group of scene.groups) if (!group.feasible) told.push(`group ${group.id}: no feasible orbit`);
-    if (scene.targets === null) told.push("loading targets");
     this.told = told;
     this.grave = kinds.has("out of view");
     this.say();
@@ -106,8 +106,14 @@ class State {
     this.say();
   }
 
+  /** What is missing in the picture, in words. */
+  lacks(words) {
+    this.lacking = words;
+    this.say();
+  }
+
   say() {
-    const text = [this.troubled, ...this.told].filter(Boolean).join(" \u00b7 ");
+    const text = [this.troubled, ...this.lacking, ...this.told].filter(Boolean).join(" \u00b7 ");
     this.warning.classList.toggle("grave", this.grave || this.troubled !== "");
     if (text === this.said) return;
     this.said = text;
