@@ -19,6 +19,7 @@ pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod sensors;
+pub mod source;
 pub mod target_id;
 pub mod text;
 pub mod traffic;

@@ -34,12 +34,8 @@ mod build;
 mod contents;
 mod csv;
 mod fcd;
-mod kind;
 mod limit;
-mod line_ends;
-mod lines;
 mod motion;
-mod source;
 mod value;
 mod vehicle;
 
@@ -48,12 +44,16 @@ use std::path::Path;
 
 pub use contents::{Coordinates, Options, Origin, Traffic, Unit};
 pub(crate) use limit::MAX_AT_ONCE;
-pub use limit::{MAX_SAMPLES, MAX_TEXT, MAX_VEHICLES};
-pub use lines::Position;
-use lines::{Fault, Lines};
+pub use limit::{MAX_SAMPLES, MAX_VEHICLES};
 pub use vehicle::{Vehicle, VehicleState};
 
-use crate::{input, text};
+pub use crate::source::Position;
+pub use crate::source::limit::MAX_TEXT;
+use crate::source::{self, Fault, Text, Wanted};
+use crate::text;
+
+/// What is wanted.
+pub(crate) static TRAFFIC: Wanted = Wanted { what: "traffic", whole: "traffic", formats: "SUMO FCD XML or CSV tracks" };
 
 /// Why a traffic file cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -73,15 +73,13 @@ pub struct TrafficError {
 /// cannot be read; or as [`read_from`] does.
 pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
     let name = path.display().to_string();
-    let opened = input::open(path, MAX_TEXT).map_err(|error| lines::input_fault(None, &error));
-    let checked = opened.and_then(|mut file| source::check_size(&mut file).map(|()| file));
-    read_from(checked.map_err(named(&name))?, &name, options)
+    parse(|| source::open(path, &TRAFFIC), options).map_err(named(&name))
 }
 
 /// Reads traffic from bytes; `name` stands for the file in errors. Fails if any part of it breaks the rules above: the
 /// error tells the place.
 pub fn read_from(reader: impl Read, name: &str, options: &Options) -> Result<Traffic, TrafficError> {
-    parse(reader, options).map_err(named(name))
+    parse(|| source::text(reader, &TRAFFIC), options).map_err(named(name))
 }
 
 fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
@@ -91,7 +89,7 @@ fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
     }
 }
 
-fn parse(reader: impl Read, options: &Options) -> Result<Traffic, Fault> {
+fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) -> Result<Traffic, Fault> {
     if let Some(gap_s) = options.gap_s
         && !(gap_s.is_finite() && gap_s > 0.0)
     {
@@ -99,9 +97,9 @@ fn parse(reader: impl Read, options: &Options) -> Result<Traffic, Fault> {
             "gap limit = {gap_s} s; must be finite and above 0 s; leave it out for the default"
         )));
     }
-    let mut lines = Lines::new(source::text(reader)?);
+    let mut lines = text()?;
     match lines.first_byte()? {
-        None => Err(Fault::whole("holds no text; must be SUMO FCD XML or CSV tracks".to_string())),
+        None => Err(Fault::whole(format!("holds no text; must be {}", TRAFFIC.formats))),
         Some(b'<') => fcd::read(lines, options),
         Some(_) => csv::read(lines, options),
     }

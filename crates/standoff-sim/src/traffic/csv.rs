@@ -8,9 +8,9 @@ use std::io::Read;
 
 use super::build::Builder;
 use super::contents::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
-use super::lines::{Fault, Lines};
 use super::value::{self, Quantity};
 use super::vehicle::Sample;
+use crate::source::{Fault, Lines};
 use crate::text::{quoted, words};
 use clock::{Clock, Numbers};
 use table::Table;

@@ -1,23 +1,19 @@
 //! Reads SUMO floating-car data.
 
-mod attributes;
-
 use standoff::math;
 use std::collections::BTreeSet;
 use std::io::Read;
 use std::ops::RangeInclusive;
 
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Error, Reader};
+use quick_xml::events::BytesStart;
 
 use super::build::Builder;
 use super::contents::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
-use super::limit::MAX_DEPTH;
-use super::lines::{Fault, Lines, Position, input_fault};
 use super::value::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
+use crate::source::xml::{Elements, Found, attributes, walk};
+use crate::source::{Fault, Lines, Position};
 use crate::text::{nearest, quoted};
-use attributes::{Found, attributes, missing, not_xml};
 
 /// What SUMO writes into the header comment of a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
@@ -34,38 +30,14 @@ const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
 const MAX_OTHERS: usize = 1_000;
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
-    let mut reader = Reader::from_reader(lines);
     let mut file = Fcd { coordinates: options.coordinates, ..Fcd::default() };
-    let mut buffer = Vec::new();
-    loop {
-        buffer.clear();
-        let start = reader.get_mut().begin();
-        let event = match reader.read_event_into(&mut buffer) {
-            Ok(event) => event,
-            Err(Error::Io(error)) => {
-                return Err(input_fault(Some(reader.get_mut().position()), &error));
-            }
-            Err(error) => return Err(not_xml(start, &error)),
-        };
-        match event {
-            Event::Start(element) => {
-                file.element(&element, start)?;
-                file.depth += 1;
-                if file.depth > MAX_DEPTH {
-                    return Err(Fault::at(start, format!("elements are nested too deeply; at most {MAX_DEPTH} deep")));
-                }
-            }
-            Event::Empty(element) => file.element(&element, start)?,
-            Event::End(_) => file.depth -= 1,
-            Event::Comment(comment) if !file.in_root => file.header(&comment),
-            Event::Eof if file.depth > 0 => {
-                let message = "the file ends inside an element; it is cut off: copy or make it again";
-                return Err(Fault::at(start, message.into()));
-            }
-            Event::Eof => return file.finish(options),
-            _ => {}
-        }
-    }
+    walk(lines, &mut file)?;
+    file.finish(options)
+}
+
+/// An attribute that must be there is not.
+fn missing(start: Position, who: &str, key: &str) -> Fault {
+    Fault::at(start, format!("{who}: {key} is missing; must be an attribute; let SUMO write id, x, y, speed and angle"))
 }
 
 fn out_of_place(element: &str, start: Position) -> Fault {
@@ -81,8 +53,6 @@ fn out_of_place(element: &str, start: Position) -> Fault {
 #[derive(Default)]
 struct Fcd {
     builder: Builder,
-    /// Elements open.
-    depth: usize,
     in_root: bool,
     /// Time of the last time step, microseconds.
     last_us: Option<i64>,
@@ -96,17 +66,20 @@ struct Fcd {
     others: BTreeSet<String>,
 }
 
-impl Fcd {
-    fn header(&mut self, comment: &str) {
+impl Elements for Fcd {
+    fn comment(&mut self, comment: &str, _: usize) {
+        if self.in_root {
+            return;
+        }
         self.is_of_sumo |= comment.contains(OPTION);
         if self.coordinates == Coordinates::Auto && comment.contains(GEO_OPTION) {
             self.coordinates = Coordinates::Degrees;
         }
     }
 
-    fn element(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+    fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         let name = element.name().into_inner();
-        match (self.depth, name) {
+        match (depth, name) {
             (0, "fcd-export") if !self.in_root => self.in_root = true,
             (0, _) => {
                 let message = format!(
@@ -124,14 +97,16 @@ impl Fcd {
                 if depth == 1 {
                     self.step_us = None;
                 }
-                self.other(element, start)?;
+                self.other(element, start, depth)?;
             }
         }
         Ok(())
     }
+}
 
+impl Fcd {
     /// Refuses an element that is traffic where it cannot be read; ignores all others.
-    fn other(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+    fn other(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         let name = element.name().into_inner();
         if TRAFFIC.contains(&name) {
             return Err(out_of_place(name, start));
@@ -140,7 +115,7 @@ impl Fcd {
             Some(meant) => meant,
             None => {
                 // What has a place at a time is traffic, whatever it is called.
-                let may_be_traffic = self.depth == 2 && self.step_us.is_some() && !LEFT_OUT.contains(&name);
+                let may_be_traffic = depth == 2 && self.step_us.is_some() && !LEFT_OUT.contains(&name);
                 if !may_be_traffic || matches!(attributes(element, start, ["x"])?, [None]) {
                     return Ok(());
                 }

@@ -4,9 +4,9 @@ use std::io::{self, BufRead, Cursor, Read};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::super::limit::MAX_PIECE;
-use super::super::lines::{Fault, Lines, Position, input_fault};
 use super::quotes::{self, Wrong};
+use crate::source::limit::MAX_PIECE;
+use crate::source::{Fault, Lines, Position, input_fault};
 
 /// The rows, with the place of each field.
 pub(super) struct Table<R> {

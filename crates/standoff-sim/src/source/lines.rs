@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 
+use super::Wanted;
 use super::limit::MAX_PIECE;
 use crate::input;
 
@@ -16,10 +17,11 @@ pub struct Position {
 }
 
 impl Position {
-    pub(super) const START: Self = Self { line: 1, column: 1 };
+    /// The beginning.
+    pub const START: Self = Self { line: 1, column: 1 };
 
     /// The place behind `text`, which begins here.
-    pub(super) fn after(mut self, text: &[u8]) -> Self {
+    pub fn after(mut self, text: &[u8]) -> Self {
         for &byte in text {
             if byte == b'\n' {
                 self = Self { line: self.line + 1, column: 1 };
@@ -41,19 +43,23 @@ impl fmt::Display for Position {
 /// What is wrong with a file whose name is known only further out.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{message}")]
-pub(super) struct Fault {
-    pub(super) position: Option<Position>,
-    pub(super) message: String,
+pub struct Fault {
+    /// Where, if it is in one place.
+    pub position: Option<Position>,
+    /// What is wrong, what is allowed, what to do.
+    pub message: String,
     /// The machine is to blame, not the file.
-    pub(super) is_machine_s: bool,
+    pub is_machine_s: bool,
 }
 
 impl Fault {
-    pub(super) fn whole(message: String) -> Self {
+    /// A fault of the file as a whole.
+    pub fn whole(message: String) -> Self {
         Self { position: None, message, is_machine_s: false }
     }
 
-    pub(super) fn at(position: Position, message: String) -> Self {
+    /// A fault in one place.
+    pub fn at(position: Position, message: String) -> Self {
         Self { position: Some(position), message, is_machine_s: false }
     }
 }
@@ -65,7 +71,7 @@ impl From<Fault> for io::Error {
 }
 
 /// Says in words why the bytes could not be had; `position` is where, if the error does not know better.
-pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Fault {
+pub fn input_fault(position: Option<Position>, error: &io::Error) -> Fault {
     if let Some(fault) = error.get_ref().and_then(|inner| inner.downcast_ref::<Fault>()) {
         return Fault { position: fault.position.or(position), ..fault.clone() };
     }
@@ -82,8 +88,10 @@ pub(super) fn input_fault(position: Option<Position>, error: &io::Error) -> Faul
 }
 
 /// A reader that knows where it is, and that fails when one piece (from one `begin` to the next) becomes too long.
-pub(super) struct Lines<R> {
+#[derive(Debug)]
+pub struct Lines<R> {
     inner: BufReader<R>,
+    wanted: &'static Wanted,
     position: Position,
     /// Where the piece began.
     begin: Position,
@@ -93,9 +101,10 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    pub(super) fn new(reader: R) -> Self {
+    pub(super) fn new(reader: R, wanted: &'static Wanted) -> Self {
         Self {
             inner: BufReader::with_capacity(1 << 16, reader),
+            wanted,
             position: Position::START,
             begin: Position::START,
             left: MAX_PIECE,
@@ -104,7 +113,7 @@ impl<R: Read> Lines<R> {
     }
 
     /// Begins a piece and tells where.
-    pub(super) fn begin(&mut self) -> Position {
+    pub fn begin(&mut self) -> Position {
         self.left = MAX_PIECE;
         self.is_blank = true;
         self.begin = self.position;
@@ -112,12 +121,12 @@ impl<R: Read> Lines<R> {
     }
 
     /// Place of the next byte.
-    pub(super) fn position(&self) -> Position {
+    pub fn position(&self) -> Position {
         self.position
     }
 
     /// The next byte that is not blank, without taking it; `None` at the end.
-    pub(super) fn first_byte(&mut self) -> Result<Option<u8>, Fault> {
+    pub fn first_byte(&mut self) -> Result<Option<u8>, Fault> {
         loop {
             let here = self.position;
             let text = self.fill_buf().map_err(|error| input_fault(Some(here), &error))?;
@@ -145,12 +154,15 @@ impl<R: Read> BufRead for Lines<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         let text = self.inner.fill_buf()?;
         if self.left == 0 && !text.is_empty() {
+            let what = self.wanted.what;
             let message = if self.is_blank {
-                "here are more than 1 MiB of blanks; at most so many at one place; is this a traffic file? remove them"
+                format!(
+                    "here are more than 1 MiB of blanks; at most so many at one place; is this a {what} file? remove them"
+                )
             } else {
-                "one XML element or CSV row is too long; at most 1 MiB; is this a traffic file?"
+                format!("one XML element or CSV row is too long; at most 1 MiB; is this a {what} file?")
             };
-            return Err(Fault::at(self.begin, message.to_string()).into());
+            return Err(Fault::at(self.begin, message).into());
         }
         Ok(&text[..text.len().min(self.left)])
     }
@@ -167,10 +179,11 @@ impl<R: Read> BufRead for Lines<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::TRAFFIC;
 
     #[test]
     fn lines_and_characters_are_counted() {
-        let mut lines = Lines::new(&b"a\r\n\xC3\xA9xy"[..]);
+        let mut lines = Lines::new(&b"a\r\n\xC3\xA9xy"[..], &TRAFFIC);
         assert_eq!(lines.begin(), Position::START);
         lines.read_exact(&mut [0; 3]).unwrap();
         assert_eq!(lines.position(), Position { line: 2, column: 1 });
@@ -180,18 +193,18 @@ mod tests {
 
     #[test]
     fn blanks_before_the_text_are_counted() {
-        let mut lines = Lines::new(&b" \n\r\n  <a>"[..]);
+        let mut lines = Lines::new(&b" \n\r\n  <a>"[..], &TRAFFIC);
         assert_eq!(lines.first_byte().unwrap(), Some(b'<'));
         assert_eq!(lines.position(), Position { line: 3, column: 3 });
-        assert_eq!(Lines::new(&b" \n "[..]).first_byte().unwrap(), None);
+        assert_eq!(Lines::new(&b" \n "[..], &TRAFFIC).first_byte().unwrap(), None);
     }
 
     #[test]
     fn a_piece_may_be_as_long_as_the_limit_but_no_longer() {
         let text = vec![b'x'; MAX_PIECE];
-        assert_eq!(Lines::new(&text[..]).read_to_end(&mut Vec::new()).unwrap(), MAX_PIECE);
+        assert_eq!(Lines::new(&text[..], &TRAFFIC).read_to_end(&mut Vec::new()).unwrap(), MAX_PIECE);
         let longer = vec![b'x'; MAX_PIECE + 1];
-        let error = Lines::new(&longer[..]).read_to_end(&mut Vec::new()).unwrap_err();
+        let error = Lines::new(&longer[..], &TRAFFIC).read_to_end(&mut Vec::new()).unwrap_err();
         let fault = input_fault(None, &error);
         assert!(fault.message.contains("at most 1 MiB"));
         assert_eq!(fault.position, Some(Position::START), "where it begins");
@@ -200,8 +213,8 @@ mod tests {
     #[test]
     fn so_many_blanks_are_told_as_what_they_are() {
         let blanks = |count| [vec![b'\n'; count], b"<a>".to_vec()].concat();
-        assert_eq!(Lines::new(&blanks(MAX_PIECE - 1)[..]).first_byte().unwrap(), Some(b'<'));
-        let fault = Lines::new(&blanks(MAX_PIECE)[..]).first_byte().unwrap_err();
+        assert_eq!(Lines::new(&blanks(MAX_PIECE - 1)[..], &TRAFFIC).first_byte().unwrap(), Some(b'<'));
+        let fault = Lines::new(&blanks(MAX_PIECE)[..], &TRAFFIC).first_byte().unwrap_err();
         assert_eq!(fault.position, Some(Position::START));
         assert!(fault.message.starts_with("here are more than 1 MiB of blanks"), "{fault}");
     }

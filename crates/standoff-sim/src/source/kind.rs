@@ -59,7 +59,7 @@ pub(super) fn check_encoding(head: &[u8]) -> Result<(), Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, read_from};
+    use crate::traffic::{Options, read_from};
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use std::io::Write;

@@ -1,27 +1,57 @@
-//! From the bytes of a traffic file to its text: unpacked, within bounds, UTF-8 without its mark, lines that end with LF.
+//! From the bytes of a text file of unknown origin, plain or gzip, to its text: unpacked, within bounds, UTF-8 without its
+//! mark, lines that end with LF, each place known. Traffic is read by it, and maps.
+
+mod kind;
+pub mod limit;
+mod line_ends;
+mod lines;
+pub mod xml;
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::kind::{GZIP, HEAD, check_encoding, check_packing, check_unpacked};
-use super::limit::{DEFLATE_RATIO, DENSE_TEXT, MAX_IDLE, MAX_RATIO, MAX_TEXT};
-use super::line_ends::LineEnds;
-use super::lines::{Fault, input_fault};
-use crate::input::size;
+use crate::input::{self, size};
+use kind::{GZIP, HEAD, check_encoding, check_packing, check_unpacked};
+use limit::{DEFLATE_RATIO, DENSE_TEXT, MAX_IDLE, MAX_RATIO, MAX_TEXT};
+use line_ends::LineEnds;
+pub use lines::{Fault, Lines, Position, input_fault};
+
+/// What a file is read for: the words of messages.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted {
+    /// In a word.
+    pub what: &'static str,
+    /// With its article, if it has one.
+    pub whole: &'static str,
+    /// What it must be.
+    pub formats: &'static str,
+}
+
+/// A text that is read piece by piece.
+pub type Text<'a> = Lines<Box<dyn Read + 'a>>;
+
+/// Opens the file at `path`. Fails if it is no file (a pipe, say), too large, or [`text`] fails.
+pub fn open(path: &Path, wanted: &'static Wanted) -> Result<Text<'static>, Fault> {
+    let mut file = input::open(path, MAX_TEXT).map_err(|error| input_fault(None, &error))?;
+    check_size(&mut file, wanted)?;
+    text(file, wanted)
+}
 
 const UTF_8_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Refuses a gzip file that says itself that it is too large, before anything of it is unpacked.
-pub(super) fn check_size(file: &mut File) -> Result<(), Fault> {
+fn check_size(file: &mut File, wanted: &Wanted) -> Result<(), Fault> {
     let unpacked = unpacked_size(file).map_err(|error| input_fault(None, &error))?;
     match unpacked {
         Some(bytes) if bytes > MAX_TEXT => Err(Fault::whole(format!(
-            "its last bytes say that it unpacks to {}; at most {}; cut the traffic into parts, or, if the file is cut \
-             off, copy it again",
+            "its last bytes say that it unpacks to {}; at most {}; cut the {} into parts, or, if the file is cut off, \
+             copy it again",
             size(bytes),
-            size(MAX_TEXT)
+            size(MAX_TEXT),
+            wanted.what
         ))),
         _ => Ok(()),
     }
@@ -43,12 +73,12 @@ fn unpacked_size(file: &mut File) -> io::Result<Option<u64>> {
     Ok(bytes)
 }
 
-/// The text of a traffic file. Fails if it is empty, or packed or encoded in a way that is not read; reading fails where
+/// The text of a file, from its bytes. Fails if it is empty, or packed or encoded in a way that is not read; reading fails where
 /// it goes beyond a limit or holds a NUL.
-pub(super) fn text<'a>(reader: impl Read + 'a) -> Result<Box<dyn Read + 'a>, Fault> {
+pub fn text<'a>(reader: impl Read + 'a, wanted: &'static Wanted) -> Result<Text<'a>, Fault> {
     let (head, bytes) = peek(reader, HEAD)?;
     if head.is_empty() {
-        return Err(Fault::whole("is empty; must be SUMO FCD XML or CSV tracks".to_string()));
+        return Err(Fault::whole(format!("is empty; must be {}", wanted.formats)));
     }
     check_packing(&head)?;
     let is_gzip = head.starts_with(GZIP);
@@ -57,7 +87,7 @@ pub(super) fn text<'a>(reader: impl Read + 'a) -> Result<Box<dyn Read + 'a>, Fau
     } else {
         Bytes::Plain(bytes)
     };
-    let (head, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT }, HEAD)?;
+    let (head, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT, wanted }, HEAD)?;
     if is_gzip {
         check_unpacked(&head)?;
     }
@@ -65,7 +95,7 @@ pub(super) fn text<'a>(reader: impl Read + 'a) -> Result<Box<dyn Read + 'a>, Fau
     if head.starts_with(UTF_8_MARK) {
         text.get_mut().0.set_position(UTF_8_MARK.len() as u64);
     }
-    Ok(Box::new(LineEnds::new(WithoutNul { text, nul: false })))
+    Ok(Lines::new(Box::new(LineEnds::new(WithoutNul { text, nul: false, wanted })), wanted))
 }
 
 /// A reader whose first bytes were looked at.
@@ -109,6 +139,7 @@ struct Unpacked<R: Read> {
     bytes: Bytes<R>,
     given: u64,
     most: u64,
+    wanted: &'static Wanted,
 }
 
 impl<R: Read> Read for Unpacked<R> {
@@ -126,16 +157,17 @@ impl<R: Read> Read for Unpacked<R> {
         };
         self.given += count as u64;
         if self.given > self.most {
-            let message = format!("has more than {} of text; cut the traffic into parts", size(self.most));
+            let message = format!("has more than {} of text; cut the {} into parts", size(self.most), self.wanted.what);
             return Err(Fault::whole(message).into());
         }
         match taken {
             Some(taken) if self.given > DENSE_TEXT && self.given / MAX_RATIO > taken => {
                 let message = format!(
-                    "unpacks to more than {MAX_RATIO} times its size ({} from {}), which traffic does not; if it is \
+                    "unpacks to more than {MAX_RATIO} times its size ({} from {}), which {} does not; if it is \
                      meant, unpack it first",
                     size(self.given),
-                    size(taken)
+                    size(taken),
+                    self.wanted.whole
                 );
                 Err(Fault::whole(message).into())
             }
@@ -149,6 +181,7 @@ struct WithoutNul<R> {
     text: R,
     /// The NUL is next.
     nul: bool,
+    wanted: &'static Wanted,
 }
 
 impl<R: Read> Read for WithoutNul<R> {
@@ -158,8 +191,9 @@ impl<R: Read> Read for WithoutNul<R> {
         let length = if text.contains(&0) { text.iter().take_while(|&&byte| byte != 0).count() } else { count };
         self.nul |= length < count;
         if self.nul && length == 0 {
-            let message = "a NUL byte, which text does not hold; is this a traffic file? copy or make it again";
-            return Err(Fault::whole(message.to_string()).into());
+            let what = self.wanted.what;
+            let message = format!("a NUL byte, which text does not hold; is this a {what} file? copy or make it again");
+            return Err(Fault::whole(message).into());
         }
         Ok(length)
     }
@@ -167,8 +201,8 @@ impl<R: Read> Read for WithoutNul<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, TrafficError, read, read_from};
     use super::*;
+    use crate::traffic::{Options, TRAFFIC, TrafficError, read, read_from};
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use std::io::Write;
@@ -209,7 +243,7 @@ mod tests {
 
     #[test]
     fn a_text_without_end_is_refused() {
-        let mut text = Unpacked { bytes: Bytes::Plain(io::repeat(b' ')), given: 0, most: 100_000 };
+        let mut text = Unpacked { bytes: Bytes::Plain(io::repeat(b' ')), given: 0, most: 100_000, wanted: &TRAFFIC };
         let error = text.read_to_end(&mut Vec::new()).unwrap_err();
         assert_eq!(input_fault(None, &error).message, "has more than 98 KiB of text; cut the traffic into parts");
     }
