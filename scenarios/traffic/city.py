@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Makes city.fcd.xml.gz: two groups of cars in a town; one car changes groups, two go astray, the groups meet.
+"""Makes city.fcd.xml.gz and city.net.xml.gz: two groups of cars in a town; one car changes groups, two go astray, the groups meet.
 
 To run it (a few seconds):
 
     python3 -m venv venv && venv/bin/pip install eclipse-sumo==1.28.0
     venv/bin/python city.py
 
-The file here was made with SUMO 1.28.0. The town is generated, not a real one: a grid of streets, its crossings shifted
-at random, all of them with lights. The same versions of SUMO and Python make the same file, byte for byte.
+The files here were made with SUMO 1.28.0. The town is generated, not a real one: a grid of streets, its crossings shifted
+at random, all of them with lights. The same versions of SUMO and Python make the same files, byte for byte.
 """
 
 from pathlib import Path
@@ -63,4 +63,6 @@ def trips():
 
 
 if __name__ == "__main__":
-    town.pack(town.simulate(TOWN, trips(), END_S, SEED), Path(__file__).with_name("city.fcd.xml.gz"))
+    net, fcd = town.simulate(TOWN, trips(), END_S, SEED)
+    town.pack(fcd, Path(__file__).with_name("city.fcd.xml.gz"))
+    town.pack(town.streets_alone(net), Path(__file__).with_name("city.net.xml.gz"))

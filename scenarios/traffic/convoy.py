@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Makes convoy.fcd.xml.gz: six cars that drive through a small town as a convoy, stop at its lights and go on.
+"""Makes convoy.fcd.xml.gz and convoy.net.xml.gz: six cars that drive through a small town as a convoy, stop at its lights and go on.
 
 To run it (a few seconds):
 
     python3 -m venv venv && venv/bin/pip install eclipse-sumo==1.28.0
     venv/bin/python convoy.py
 
-The file here was made with SUMO 1.28.0. The town is generated, not a real one: a grid of streets, its crossings shifted
-at random, all of them with lights. The same versions of SUMO and Python make the same file, byte for byte.
+The files here were made with SUMO 1.28.0. The town is generated, not a real one: a grid of streets, its crossings shifted
+at random, all of them with lights. The same versions of SUMO and Python make the same files, byte for byte.
 """
 
 from pathlib import Path
@@ -49,4 +49,6 @@ def trips():
 
 
 if __name__ == "__main__":
-    town.pack(town.simulate(TOWN, trips(), END_S, SEED), Path(__file__).with_name("convoy.fcd.xml.gz"))
+    net, fcd = town.simulate(TOWN, trips(), END_S, SEED)
+    town.pack(fcd, Path(__file__).with_name("convoy.fcd.xml.gz"))
+    town.pack(town.streets_alone(net), Path(__file__).with_name("convoy.net.xml.gz"))

@@ -28,7 +28,7 @@ def trip(name, depart, place, speed, route, arrival="max"):
 
 
 def simulate(town, trips, end, seed):
-    """The text that SUMO writes. The town: options of netgenerate. Trips: by departure, as SUMO wants them."""
+    """What SUMO writes: the net and the FCD. The town: options of netgenerate. Trips: by departure, as SUMO wants them."""
     with tempfile.TemporaryDirectory() as folder:
         net, cars, fcd = (Path(folder, name) for name in ("town.net.xml", "cars.rou.xml", "fcd.xml"))
         run(
@@ -41,7 +41,16 @@ def simulate(town, trips, end, seed):
             "--seed", seed, "--no-step-log", "--precision", 2, "--fcd-output", fcd,
             "--fcd-output.attributes", "id,x,y,angle,speed",
         )  # fmt: skip
-        return fcd.read_text()
+        return net.read_text(), fcd.read_text()
+
+
+def streets_alone(net):
+    """A net without what only a simulation needs: ways across junctions, lights, who gives way. It is here to be looked at."""
+    net = re.sub(r'\s*<edge id="[^"]*" function="internal">.*?</edge>', "", net, flags=re.DOTALL)
+    net = re.sub(r"\s*<tlLogic .*?</tlLogic>", "", net, flags=re.DOTALL)
+    net = re.sub(r"\s*<(?:connection|request) [^>]*/>", "", net)
+    # Ends of lanes that were within junctions, too.
+    return re.sub(r'\s*<junction id="[^"]*" type="internal"[^>]*/>', "", net)
 
 
 def pack(text, target):

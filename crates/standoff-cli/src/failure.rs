@@ -29,6 +29,13 @@ impl Failure {
         Self::Running(error.to_string())
     }
 
+    /// Says it as a warning: what was asked for is done all the same.
+    pub(crate) fn warn(&self) {
+        if let Self::Input(message) | Self::Running(message) = self {
+            note(&format!("warning: {message}"));
+        }
+    }
+
     /// Says it, and gives the exit status.
     pub(crate) fn told(&self) -> u8 {
         match self {

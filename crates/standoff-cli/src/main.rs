@@ -6,6 +6,7 @@ mod completions;
 mod failure;
 mod folder;
 mod interruption;
+mod maps;
 #[cfg_attr(not(feature = "mcap"), path = "mcap_left_out.rs")]
 mod mcap;
 mod merge;
@@ -62,6 +63,8 @@ enum Command {
         dir: PathBuf,
         #[command(flatten)]
         metrics: outcome::Wanted,
+        #[command(flatten)]
+        maps: maps::Maps,
         /// Print one JSON object instead of the table.
         #[arg(long)]
         json: bool,
@@ -80,7 +83,7 @@ enum Command {
         #[arg(long, conflicts_with = "name")]
         schema: bool,
     },
-    /// Check a scenario file, and the traffic file it names; nothing else.
+    /// Check a scenario file, and the traffic and maps it names; nothing else.
     Check {
         /// A scenario file, or the name of a built-in scenario.
         file: String,
@@ -169,7 +172,7 @@ fn done() -> Result<(), Failure> {
         Some(Command::MonteCarlo(args)) => monte_carlo::run(&args),
         Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
-        Some(Command::Show { dir, metrics, json }) => tell::show(&dir, metrics.choice, json),
+        Some(Command::Show { dir, metrics, maps, json }) => tell::show(&dir, metrics.choice, &maps, json),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { schema: true, .. }) => scenarios::show_schema(),

@@ -14,12 +14,13 @@ use standoff_sim::score::Rules;
 use standoff_sim::text;
 use standoff_sim::world::World;
 use standoff_view::replay::Line;
-use standoff_view::serve::Server;
+use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, note, refused, warn};
 use crate::interruption::Interruption;
+use crate::maps::Maps;
 use crate::mcap::Mcap;
 use crate::outcome::{Telling, Wanted, lines};
 use crate::tell::{Told, of_record, tell};
@@ -33,6 +34,7 @@ Examples:
   standoff run tour/02-two-uavs --json | jq .metrics.position_error_m
   standoff run --traffic city.fcd.xml.gz --uavs 4
   standoff run traffic/city --view --rate 20
+  standoff run --traffic city.fcd.xml.gz --map city.net.xml.gz
   standoff run --mcap figure-9.mcap
   standoff run mine.toml --set uavs.count=3 --set targets.scatter.count=6";
 
@@ -53,6 +55,8 @@ pub(crate) struct Args {
     /// Write the mission as an MCAP file, too, for Lichtblick, Foxglove or Rerun (if built with the feature mcap).
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
+    #[command(flatten)]
+    maps: Maps,
     #[command(flatten)]
     metrics: Wanted,
     /// Print one JSON object instead of the table.
@@ -98,13 +102,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if there == Occupancy::Other {
         return Err(of_record(in_the_way(&out)));
     }
+    let map = args.maps.of_scenario(&scenario)?;
     let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
     if there == Occupancy::OlderRun {
         note(&format!("note: replacing the older run in {}", text::path(&out)));
     }
-    let mut live = args.view.then(|| Live::begin(args, &scenario)).transpose()?;
-    let flown = fly(&scenario, &out, &interruption, |frame| {
+    let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
+    let flown = fly(&scenario, &out, map.as_ref(), &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
         live.iter_mut().for_each(|live| live.frame(frame, &interruption));
     });
@@ -142,8 +147,8 @@ struct Live {
 }
 
 impl Live {
-    fn begin(args: &Args, scenario: &Scenario) -> Result<Self, Failure> {
-        let watched = Watched::flight(scenario, true)?;
+    fn begin(args: &Args, scenario: &Scenario, map: Option<Bytes>) -> Result<Self, Failure> {
+        let watched = Watched::flight(scenario, true, map)?;
         let tell = |url: &str| {
             note(&format!("the run can be watched at {url}", url = url.trim_end()));
             Ok(())
@@ -173,6 +178,7 @@ impl Live {
 fn fly(
     scenario: &Scenario,
     out: &Path,
+    map: Option<&Bytes>,
     interruption: &Interruption,
     mut look: impl FnMut(&Frame),
 ) -> Result<Closed, Failure> {
@@ -180,7 +186,11 @@ fn fly(
     let resolved = scenario.resolved().map_err(Failure::Scenario)?;
     let names = World::names(scenario);
     let writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(of_record)?;
-    let mut writer = writer.judged_by(Rules::of(&scenario.settings));
+    let writer = writer.judged_by(Rules::of(&scenario.settings));
+    let mut writer = match map {
+        Some(map) => writer.with_map(map).map_err(of_record)?,
+        None => writer,
+    };
     if let Some(older) = writer.set_aside() {
         note(&format!("note: an unfinished run is kept in {} until this one is complete", text::path(older)));
     }

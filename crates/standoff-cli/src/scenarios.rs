@@ -3,6 +3,7 @@
 use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, built_in_like, schema};
 
 use crate::failure::{Failure, print, warn};
+use crate::maps::Maps;
 use crate::outcome::count;
 
 /// Lists the built-in scenarios, or prints one.
@@ -34,5 +35,6 @@ pub(crate) fn check(file: &str) -> Result<(), Failure> {
     warn(&scenario, &format!("{file}: "));
     // What is flown has to be spelt out, too.
     scenario.resolved().map_err(Failure::Scenario)?;
+    Maps::default().of_scenario(&scenario)?;
     print(&format!("{file}: good ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))
 }

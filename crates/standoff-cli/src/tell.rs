@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use standoff_sim::disk;
-use standoff_sim::record::{Record, RecordError};
+use standoff_sim::record::{MAP, Record, RecordError};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_sim::text;
@@ -12,13 +12,24 @@ use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
 use crate::failure::{Failure, note};
+use crate::maps::Maps;
 use crate::outcome::{Events, Outcome, PerTarget, Telling, lines};
 
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
 
 /// `standoff show`: tells a run again; its summary and figures are made anew. Of an unfinished one it tells what there is.
-pub(crate) fn show(dir: &Path, choice: Choice, json: bool) -> Result<(), Failure> {
+/// Maps that are named take the place of what it has.
+pub(crate) fn show(dir: &Path, choice: Choice, maps: &Maps, json: bool) -> Result<(), Failure> {
+    if !maps.is_empty() {
+        let record = Record::open(dir).map_err(of_record)?;
+        if let Some(map) = maps.of_record(&record)? {
+            let path = dir.join(MAP);
+            disk::save_quickly(&path, &map).map_err(|reason| {
+                Failure::running(format!("cannot write {}: {reason}; check the disk", text::path(&path)))
+            })?;
+        }
+    }
     let Told { outcome, written } = tell(dir, dir, choice)?;
     outcome.print(json, dir, Telling { per_target: true, ..Telling::default() })?;
     written
@@ -83,6 +94,7 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
     tell_left_out(outcome.events.left_out());
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
+    head.map = Maps::default().of_record(&record)?;
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
     let save = |name: &str, text: &str| {
         disk::save_quickly(&dir.join(name), text).map_err(|reason| {

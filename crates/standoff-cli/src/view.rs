@@ -18,6 +18,7 @@ use standoff_view::site::{BatchSite, RunSite};
 use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, no_thread, note, print, refused, warn};
 use crate::interruption::Interruption;
+use crate::maps::Maps;
 use crate::monte_carlo::failure;
 use crate::outcome::{Wanted, lines};
 use crate::tell::{of_record, settings_of, tell_end};
@@ -31,6 +32,7 @@ Examples:
   standoff view paper/figure-9 best/figure-9      look at two runs side by side
   standoff view standoff-out/batch                look at many runs
   standoff view batch-a batch-b                   compare batches
+  standoff view mine-1 --map town.net.xml.gz      with its roads
   standoff run traffic/city --view                look while it flies";
 
 /// What to look at, and where it is served.
@@ -46,6 +48,8 @@ pub(crate) struct Args {
     /// Seed of everything random; of a scenario [default: 1].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    #[command(flatten)]
+    maps: Maps,
     #[command(flatten)]
     metrics: Wanted,
     #[command(flatten)]
@@ -104,10 +108,15 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
     };
     let templates: Vec<_> = results.iter().map(template).collect();
-    let choice = args.metrics.choice;
+    let (choice, maps) = (args.metrics.choice, args.maps.clone());
     let fly = move |variant: usize, seed: u64| {
         let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
-        let watched = Watched::flight(&scenario, false).ok()?;
+        // A run can be looked at without, too.
+        let map = maps.of_scenario(&scenario).unwrap_or_else(|failure| {
+            failure.warn();
+            None
+        });
+        let watched = Watched::flight(&scenario, false, map).ok()?;
         let replay = watched.replay();
         fly(&scenario, watched, choice).ok()?;
         Some(replay)
@@ -136,7 +145,8 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     let record = Record::open(dir).map_err(of_record)?;
     tell_end(&record);
     let settings = settings_of(&record)?;
-    let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false)?;
+    let map = args.maps.of_record(&record)?;
+    let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false, map)?;
     let choice = args.metrics.choice;
     let dir = PathBuf::from(dir);
     let frames = record.frames().map_err(of_record)?;
@@ -183,7 +193,7 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
     }
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     warn(&scenario, "");
-    let watched = Watched::flight(&scenario, false)?;
+    let watched = Watched::flight(&scenario, false, args.maps.of_scenario(&scenario)?)?;
     let choice = args.metrics.choice;
     Ok(Shown { watched, work: Box::new(move |watched| fly(&scenario, watched, choice)) })
 }

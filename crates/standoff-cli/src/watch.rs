@@ -12,7 +12,7 @@ use standoff_sim::score::Rules;
 use standoff_sim::world::World;
 use standoff_view::figures::Setup;
 use standoff_view::replay::{Encoder, Head, Line, Replay};
-use standoff_view::serve::{Limits, Server, Site};
+use standoff_view::serve::{Bytes, Limits, Server, Site};
 
 use crate::failure::{Failure, note};
 use crate::interruption::Interruption;
@@ -84,16 +84,17 @@ impl Watched {
         settings: &Settings,
         targets: Vec<String>,
         live: bool,
+        map: Option<Bytes>,
     ) -> Result<Self, Failure> {
         let mut head = Head::new(manifest, Setup::of(manifest.title(), settings), targets);
-        head.live = live;
+        (head.live, head.map) = (live, map);
         let replay = Arc::new(Replay::new(&head).map_err(Failure::running)?);
         Ok(Self { encoder: Encoder::new(&Rules::of(settings), 1), head, replay, next_look: Instant::now() })
     }
 
     /// A run of this scenario; of a `live` one the page shows the newest instant.
-    pub(crate) fn flight(scenario: &Scenario, live: bool) -> Result<Self, Failure> {
-        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), live)
+    pub(crate) fn flight(scenario: &Scenario, live: bool, map: Option<Bytes>) -> Result<Self, Failure> {
+        Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), live, map)
     }
 
     pub(crate) fn replay(&self) -> Arc<Replay> {

@@ -13,6 +13,7 @@ mod flown;
 mod form;
 mod load;
 mod locate;
+mod map;
 mod number;
 mod problems;
 mod resolve;
@@ -34,6 +35,7 @@ pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
 pub use locate::Place;
+pub use map::{MAPS_MAX, MapFile};
 pub use number::{Distribution, Number};
 pub use schema::schema;
 

@@ -33,6 +33,11 @@ pub struct Wanted {
 /// A text that is read piece by piece.
 pub type Text<'a> = Lines<Box<dyn Read + 'a>>;
 
+/// All bytes of a file that has at most `most`; a folder, a pipe and a device are refused unread.
+pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    input::bytes(path, most)
+}
+
 /// Opens the file at `path`. Fails if it is no file (a pipe, say), too large, or [`text`] fails.
 pub fn open(path: &Path, wanted: &'static Wanted) -> Result<Text<'static>, Fault> {
     let mut file = input::open(path, MAX_TEXT).map_err(|error| input_fault(None, &error))?;

@@ -118,7 +118,7 @@ function layers(page) {
     for (const map of maps) map.canvas.dataset.layers = [...map.shown].join(" ");
     page.renew();
   };
-  for (const [name, words, shown, about] of LAYERS) {
+  for (const [name, words, shown, about] of LAYERS.filter((layer) => maps.some((map) => map.layers.includes(layer)))) {
     const box = document.createElement("input");
     box.type = "checkbox";
     box.checked = shown;

@@ -2,6 +2,8 @@
 
 /** Layers that can be switched: name, title, shown at first, what it means, how it is drawn. */
 const LAYERS = [
+  ["underlay", "Roads and buildings", true, "Of the map that the scenario names, or that came with --map",
+    (map, { pen }) => map.underlay?.draw(pen, map.camera)],
   ["grid", "Grid and scale", true, "Lines at round distances; the scale below on the left is one step of them", drawGrid],
   ["truth", "True targets", true, "Where targets really are, which no UAV knows", drawTruth],
   ["target-trails", "Trails of targets", true, `Where tracks of targets have been in the last ${TRAIL_S} s, in their group's colour`,

@@ -7,7 +7,10 @@ class MissionMap {
     this.choice = choice;
     this.camera = new Camera();
     this.view = new View(this);
-    this.shown = new Set(LAYERS.filter((layer) => layer[2]).map((layer) => layer[0]));
+    this.underlay = film.head.map ? new Underlay(canvas) : null;
+    /** What can be drawn: there is not always a map of roads. */
+    this.layers = LAYERS.filter(([name]) => name !== "underlay" || this.underlay);
+    this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
     this.ruler = null;
     /** What the newest picture shows. */
     this.scene = { time_s: 0, uavs: [], groups: [], targets: null };
@@ -53,7 +56,7 @@ class MissionMap {
     pen.lineJoin = "round";
     pen.font = "12px system-ui, sans-serif";
     const picture = { pen, scene, labels: new Labels(pen, this.camera), size: this.markSize() };
-    for (const [layer, , , , paint] of LAYERS) if (this.shown.has(layer)) this.painted(pen, () => paint(this, picture));
+    for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(pen, () => paint(this, picture));
     this.painted(pen, () => drawChosen(this, picture));
     if (this.ruler) this.painted(pen, () => drawRuler(this, picture));
   }

@@ -22,6 +22,14 @@ class Together {
     return this.longest.end_s;
   }
 
+  get shown_end_s() {
+    return this.longest.shown_end_s;
+  }
+
+  isWhole(time_s) {
+    return this.longest.isWhole(time_s);
+  }
+
   get done() {
     return this.films.every((film) => film.done);
   }

@@ -66,7 +66,10 @@ async function showReplay(sources) {
   const name = page.runs.length > 1 ? nameViews(page) : () => {};
   pictures(page, name);
   const drawCharts = drawsCharts(page);
-  for (const run of page.runs) load(page, run, drawCharts);
+  for (const run of page.runs) {
+    load(page, run, drawCharts);
+    run.map.underlay?.load(run.source, () => page.renew());
+  }
 }
 
 /** Draws pictures, as often as anything has changed and the browser allows. */

@@ -23,6 +23,10 @@ class FileSource {
     return this.json("batch");
   }
 
+  async map() {
+    return this.json("map");
+  }
+
   async half(kind, part) {
     return new Half(await this.bytes(`${kind}-${part}`));
   }
@@ -57,6 +61,10 @@ class ServedSource {
 
   async batch() {
     return (await this.fetched("batch.json")).json();
+  }
+
+  async map() {
+    return (await this.fetched("map.json")).json();
   }
 
   async half(kind, part) {

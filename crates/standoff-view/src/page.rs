@@ -26,6 +26,7 @@ const SCRIPT: &str = concat!(
     include_str!("../page/paths.js"),
     include_str!("../page/layers.js"),
     include_str!("../page/view.js"),
+    include_str!("../page/underlay.js"),
     include_str!("../page/map.js"),
     include_str!("../page/run.js"),
     include_str!("../page/timeline.js"),
@@ -130,6 +131,9 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     for (number, part) in parts.iter().enumerate() {
         put(&mut page, &format!("overview-{number}"), &part.overview);
         put(&mut page, &format!("detail-{number}"), &part.detail);
+    }
+    if let Some(map) = &head.map {
+        put(&mut page, "map", map);
     }
     Ok(end(page))
 }

@@ -88,6 +88,15 @@ impl Record {
         Ok(tracks.max(self.table::<TruthRow>()?.rows()))
     }
 
+    /// Looks at every row of the UAVs, and at nothing else.
+    pub fn each_uav(&self, mut look: impl FnMut(&UavRow)) -> Result<(), RecordError> {
+        let mut table = self.table::<UavRow>()?;
+        while let Some(At { row, .. }) = table.next_row()? {
+            look(&row);
+        }
+        Ok(())
+    }
+
     fn table<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
         let table = self.uncounted::<R>()?;
         check_count::<R>(&self.manifest, table.rows(), table.path())?;

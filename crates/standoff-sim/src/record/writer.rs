@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::error::RecordError;
-use super::folder::{self, Partial, SCENARIO, Turn};
+use super::folder::{self, MAP, Partial, SCENARIO, Turn};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
 use super::rows::{At, TIMED, TargetRow, WithError, most_at_once, seconds};
 use super::table::{Missing, Row, TableWriter};
@@ -138,6 +138,13 @@ impl Writer {
     #[must_use]
     pub fn judged_by(self, rules: Rules) -> Self {
         Self { rules: Some(rules), ..self }
+    }
+
+    /// Has the record keep a map of what lies under the vehicles, packed as pages show it.
+    pub fn with_map(self, gz: &[u8]) -> Result<Self, RecordError> {
+        let path = self.partial.path.join(MAP);
+        disk::save_quickly(&path, gz).map_err(|reason| RecordError::write(&path, reason))?;
+        Ok(self)
     }
 
     /// Where an unfinished run lies that was in the way: until this one is published.
@@ -270,7 +277,7 @@ pub struct Closed {
 }
 
 impl Closed {
-    /// Where the record lies until it is published. `summary.json`, `report.html` and `*.svg` may be added; with
+    /// Where the record lies until it is published. `map.json.gz`, `summary.json`, `report.html` and `*.svg` may be added; with
     /// anything else in it, a later run will not replace the record.
     #[must_use]
     pub fn dir(&self) -> &Path {

@@ -43,6 +43,12 @@ pub(super) const BUILT_IN_TRAFFIC: &[(&str, &[u8])] = &[
     ("city.fcd.xml.gz", include_bytes!("../../../../scenarios/traffic/city.fcd.xml.gz")),
 ];
 
+/// Maps that built-in scenarios name.
+pub(super) const BUILT_IN_MAPS: &[(&str, &[u8])] = &[
+    ("convoy.net.xml.gz", include_bytes!("../../../../scenarios/traffic/convoy.net.xml.gz")),
+    ("city.net.xml.gz", include_bytes!("../../../../scenarios/traffic/city.net.xml.gz")),
+];
+
 /// The built-in scenario of that name.
 pub fn built_in(name: &str) -> Option<&'static BuiltIn> {
     BUILT_IN.iter().find(|scenario| scenario.name == name)

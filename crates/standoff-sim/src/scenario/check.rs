@@ -8,9 +8,12 @@ use super::file::resolved::{Ring, Scatter, ScenarioFile};
 use super::form::{MISTAKES_MAX, value_at, with_value};
 use super::load::{Typed, related};
 use super::locate::Map;
+use super::map::MAPS_MAX;
 use super::number::Number;
 use super::problems::{Found, Problems};
 use super::team::Passed;
+use super::traffic::NAME_MAX;
+use crate::text::quoted;
 use crate::traffic::MAX_AT_ONCE;
 
 /// Longer missions than this are refused: a record of them would fill the disk.
@@ -47,6 +50,12 @@ pub(super) fn check_settings(file: &ScenarioFile, errors: Vec<ParamError>, passe
 pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Option<&Scatter>, problems: &mut Problems) {
     if file.about.chars().any(char::is_control) || file.about.chars().count() > ABOUT_MAX {
         problems.add("about", format!("must be one line of at most {ABOUT_MAX} characters"), None);
+    }
+    if file.map.len() > MAPS_MAX {
+        problems.add("map", format!("must be at most {MAPS_MAX} files, not {}", file.map.len()), None);
+    }
+    if let Some(name) = file.map.iter().find(|name| name.is_empty() || name.len() > NAME_MAX) {
+        problems.add("map", format!("{}: must be names of files, at most {NAME_MAX} bytes each", quoted(name)), None);
     }
     let count = file.uavs.count;
     problems.check_whole("uavs.count", count, Allowed::at_least(1.0).at_most(100.0));

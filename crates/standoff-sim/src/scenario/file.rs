@@ -4,6 +4,7 @@
 //! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
 //! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -23,6 +24,8 @@ macro_rules! tables {
         table $name:ident
         // Texts, at first empty.
         $(texts { $($(#[$text_doc:meta])* $text:ident;)* })?
+        // Lists of files, at first empty.
+        $(files { $($(#[$files_doc:meta])* $files:ident;)* })?
         // Numbers.
         $(numbers { $($(#[$number_doc:meta])* $number:ident = $default:expr $(, $allowed:expr)?;)* })?
         // Numbers that follow others if they are absent: see `Absent`.
@@ -42,6 +45,7 @@ macro_rules! tables {
             #[serde(default, deny_unknown_fields)]
             pub struct $name {
                 $($($(#[$text_doc])* pub $text: String,)*)?
+                $($($(#[$files_doc])* #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")] pub $files: Vec<String>,)*)?
                 $($($(#[$number_doc])* pub $number: Number,)*)?
                 $($($(#[$absent_doc])* pub $absent: Option<Number>,)*)?
                 $($($(#[$word_doc])* pub $word: $word_type,)*)?
@@ -54,6 +58,7 @@ macro_rules! tables {
                 fn default() -> Self {
                     Self {
                         $($($text: String::new(),)*)?
+                        $($($files: Vec::new(),)*)?
                         $($($number: Number::Constant($default),)*)?
                         $($($absent: None,)*)?
                         $($($word: $word_type::$word_default,)*)?
@@ -70,6 +75,7 @@ macro_rules! tables {
                 fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> resolved::$name {
                     resolved::$name {
                         $($($text: self.$text.clone(),)*)?
+                        $($($files: self.$files.clone(),)*)?
                         $($($number: drawing.number(at, stringify!($number), &self.$number, [$($allowed,)? Allowed::FINITE][0]),)*)?
                         $($($absent: {
                             let typed = self.$absent.unwrap_or(drawing.absent.$absent.into());
@@ -91,6 +97,7 @@ macro_rules! tables {
                 #[derive(Debug, Clone, PartialEq, Serialize)]
                 pub(crate) struct $name {
                     $($($(#[$text_doc])* pub(crate) $text: String,)*)?
+                    $($($(#[$files_doc])* #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")] pub(crate) $files: Vec<String>,)*)?
                     $($($(#[$number_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $number: f64,)*)?
                     $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
                     $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
@@ -116,6 +123,10 @@ tables! {
     table ScenarioFile texts {
         /// What the scenario shows, in a line.
         about;
+    } files {
+        /// Files of what lies under the vehicles: a SUMO net, GeoJSON, plain or gzip; relative to the scenario file. They are
+        /// looked at only, nothing that is flown depends on them.
+        map;
     } absent {
         /// Length of the mission, s; if absent: 100 s, or as long as the traffic file.
         duration_s;
@@ -414,8 +425,15 @@ tables! {
 
 /// Paths stay behind: a record says what was flown, not where.
 fn name_alone<S: Serializer>(path: &str, serializer: S) -> Result<S::Ok, S::Error> {
-    let name = Path::new(path).file_name().unwrap_or_default();
-    serializer.serialize_str(&name.to_string_lossy())
+    serializer.serialize_str(&name(path))
+}
+
+fn names_alone<S: Serializer>(paths: &[String], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| name(path)))
+}
+
+fn name(path: &str) -> Cow<'_, str> {
+    Path::new(path).file_name().unwrap_or_default().to_string_lossy()
 }
 
 /// Defines a key whose value is one of a few words, those of an enum of the library if it has one.

@@ -7,6 +7,7 @@ use standoff::{Duration, TargetParams, TargetState, TeamParams, UavId, UavState}
 
 use super::file::Minds;
 use super::file::resolved::ScenarioFile;
+use super::map::MapFile;
 use crate::target_id::TargetId;
 use crate::traffic::{Origin, Traffic, Unit};
 
@@ -38,6 +39,8 @@ pub struct Scenario {
     pub uavs: Vec<UavState>,
     /// The targets.
     pub targets: Targets,
+    /// What lies under the vehicles, to be looked at only.
+    pub map: Vec<MapFile>,
     /// UAVs that drop out.
     pub outages: Vec<Outage>,
     /// What to be careful about.

@@ -62,8 +62,8 @@ pub(super) struct Typed {
     /// Parts of the text are not TOML: what stands there is not in `file`, whichever keys it was.
     pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
-    /// Where the traffic file is looked for; `None`: among the built-in ones.
-    pub(super) traffic_from: Option<PathBuf>,
+    /// Where the traffic file and maps are looked for; `None`: among the built-in ones.
+    pub(super) files_from: Option<PathBuf>,
 }
 
 /// Where values were typed.
@@ -88,7 +88,7 @@ impl Typed {
     /// Reads the scenario called `name_or_file`, and applies the edits.
     pub(super) fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
         let mut name = name_of(name_or_file);
-        let (label, text, mut traffic_from) = match built_in(name_or_file) {
+        let (label, text, mut files_from) = match built_in(name_or_file) {
             Some(found) => (format!("{}.toml", found.name), found.text.to_owned(), None),
             None => {
                 let folder = Path::new(name_or_file).parent().unwrap_or(Path::new("")).to_owned();
@@ -99,9 +99,9 @@ impl Typed {
             // `city` of `some/where/city.fcd.xml.gz`.
             let file = file_name(traffic);
             name = file.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned();
-            traffic_from = Some(PathBuf::new());
+            files_from = Some(PathBuf::new());
         }
-        Self::new(name, &label, &text, 1, edits, traffic_from)
+        Self::new(name, &label, &text, 1, edits, files_from)
     }
 
     /// A scenario that is nothing but its text, in which the program may have spelt everything out.
@@ -116,7 +116,7 @@ impl Typed {
         text: &str,
         times: u64,
         edits: &Edits,
-        traffic_from: Option<PathBuf>,
+        files_from: Option<PathBuf>,
     ) -> Result<Self, ScenarioError> {
         check_size(label, text, times)?;
         let mut origin = Origin { label: label.to_owned(), text: text.into(), edited: Vec::new() };
@@ -131,7 +131,7 @@ impl Typed {
             left_out.push(mistake.left_out);
         }
         match file {
-            Some(file) => Ok(Self { name, file, problems, left_out, is_text_broken, origin, traffic_from }),
+            Some(file) => Ok(Self { name, file, problems, left_out, is_text_broken, origin, files_from }),
             None => Err(problems.into()),
         }
     }
@@ -173,6 +173,8 @@ impl Origin {
         if let Some(traffic) = &edits.traffic {
             table.remove("targets");
             table.remove("traffic");
+            // It is of another place.
+            table.remove("map");
             // A ring of the scenario's own size would mean nothing over other targets.
             form::take_out(table, "uavs.ring");
             form::take_out(table, "uavs.at");

@@ -14,9 +14,9 @@ use super::flown::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targe
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
 use super::problems::Problems;
-use super::start;
 use super::team::{Passed, team};
 use super::traffic::{check_span, length_warning};
+use super::{map, start};
 use crate::draws::{Draws, Stream};
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
@@ -50,6 +50,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         seed,
         uavs,
         outages: outages.collect(),
+        map: map::files(typed),
         targets,
         warnings,
         settings,

@@ -16,8 +16,8 @@ use crate::traffic::{self, Traffic};
 /// time in it, and a file of two rows could fill a disk.
 const UNASKED_MAX_S: f64 = 86_400.0;
 
-/// Longest name of a traffic file, bytes: what Linux takes for a path.
-const NAME_MAX: usize = 4096;
+/// Longest name of a traffic file or a map, bytes: what Linux takes for a path.
+pub(super) const NAME_MAX: usize = 4096;
 
 /// The traffic file, read through and checked.
 pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
@@ -58,7 +58,7 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
 
 /// Where the file is looked for.
 fn path(typed: &Typed, table: &file::Traffic) -> PathBuf {
-    typed.traffic_from.as_deref().unwrap_or(Path::new("")).join(&table.file)
+    typed.files_from.as_deref().unwrap_or(Path::new("")).join(&table.file)
 }
 
 /// A file shorter than one period is no mission, and one that is far too long is none that somebody meant.

@@ -120,6 +120,12 @@ impl<R: Read> Lines<R> {
         self.position
     }
 
+    /// The same, as long as it may be in one piece.
+    #[must_use]
+    pub fn in_one_piece(self) -> Self {
+        Self { left: usize::MAX, ..self }
+    }
+
     /// Place of the next byte.
     pub fn position(&self) -> Position {
         self.position

@@ -102,6 +102,11 @@ impl Traffic {
         self.vehicles.first().map_or(1.0, Vehicle::gap_s)
     }
 
+    /// Where vehicles have been, east and north, m.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.vehicles.iter().flat_map(Vehicle::places)
+    }
+
     /// A checksum over every vehicle and sample: files that give the same traffic have the same.
     pub fn crc32(&self) -> u32 {
         let mut crc = crc32fast::Hasher::new();

@@ -73,6 +73,11 @@ impl Vehicle {
         self.samples.last().map_or(0, |sample| sample.time_us)
     }
 
+    /// Where it has been, east and north, m.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.samples.iter().map(|sample| [sample.x, sample.y])
+    }
+
     /// State at `time_us` (microseconds, on the clock of the file): on the straight line between the samples around it.
     /// `None` before the first sample, after the last, and between samples further apart than the gap limit.
     pub fn at(&self, time_us: i64) -> Option<VehicleState> {

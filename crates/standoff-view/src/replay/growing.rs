@@ -22,6 +22,7 @@ pub struct Replay {
 #[derive(Debug)]
 struct Held {
     head: Bytes,
+    map: Option<Bytes>,
     /// Parts that will not change any more.
     sealed: Vec<Part>,
     /// The part after them as it is so far, and of how many instants it is.
@@ -34,10 +35,11 @@ struct Held {
 impl Replay {
     /// A replay that has nothing but its head yet.
     pub fn new(head: &Head) -> serde_json::Result<Self> {
+        let map = head.map.clone();
         let head = gzip(head.json()?.as_bytes()).into();
         // Any number will do that another process, or the next replay, does not have.
         let run = RandomState::new().hash_one(0);
-        let held = Held { head, sealed: Vec::new(), open: None, done: false, run };
+        let held = Held { head, map, sealed: Vec::new(), open: None, done: false, run };
         Ok(Self { feed: Feed::new(held.state()), held: Mutex::new(held) })
     }
 
@@ -77,12 +79,15 @@ impl Replay {
         self.feed.clone()
     }
 
-    /// What lies at `head.json`, `overview/N` and `detail/N`.
+    /// What lies at `head.json`, `map.json`, `overview/N` and `detail/N`.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<Answer> {
         let held = self.held();
         if path == "head.json" {
             return Some(Answer { kind: JSON, body: held.head.clone(), gzip: true, immutable: false });
+        }
+        if path == "map.json" {
+            return held.map.clone().map(|body| Answer { kind: JSON, body, gzip: true, immutable: false });
         }
         let (half, number) = path.split_once('/')?;
         let number: usize = number.parse().ok()?;

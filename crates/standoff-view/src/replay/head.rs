@@ -1,10 +1,11 @@
 //! What a replay says before anything moves.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use standoff_sim::record::Manifest;
 use standoff_sim::traffic::Origin;
 
 use crate::figures::Setup;
+use crate::serve::Bytes;
 
 /// Format of heads and parts; it rises when either changes.
 pub const FORMAT: u32 = 3;
@@ -27,6 +28,9 @@ pub struct Head {
     pub origin: Option<Origin>,
     /// The UAVs' limits.
     pub limits: Setup,
+    /// What lies under the vehicles, packed by `standoff-map`; the page asks for it where the head says that it is there.
+    #[serde(serialize_with = "is_there")]
+    pub map: Option<Bytes>,
     /// Names of the targets by id. They come from files of strangers: the page shows them as text.
     pub targets: Vec<String>,
     /// What the run came to; empty while it flies.
@@ -38,6 +42,10 @@ pub struct Head {
     /// It was ended before the mission was over.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub unfinished: bool,
+}
+
+fn is_there<S: Serializer>(map: &Option<Bytes>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bool(map.is_some())
 }
 
 /// A line of the table of outcomes.
@@ -68,6 +76,7 @@ impl Head {
             period_s: manifest.period_s,
             origin: manifest.origin,
             limits,
+            map: None,
             targets,
             outcome: Vec::new(),
             stride: 1,

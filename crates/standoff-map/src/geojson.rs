@@ -1,0 +1,461 @@
+//! Reads GeoJSON, an object at a time, with the place of whatever is wrong.
+
+use std::fmt;
+use std::io::{self, BufReader};
+
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use standoff_sim::source::{Fault, Position, Text, input_fault};
+use standoff_sim::text::{quoted, words};
+
+use crate::kind::{TAGS, of_tags};
+use crate::limit::{FURTHEST_M, MAX_POINTS};
+use crate::place::Read;
+use crate::shape::{Form, Point, Shapes};
+
+/// Widest line that is believed, m.
+const WIDTH_MAX_M: f64 = 100.0;
+/// Width of a lane, m.
+const LANE_M: f64 = 3.2;
+/// Longest name of a kind of object, or value of a property, that is kept, bytes: others are none that are known.
+const MAX_WORD: usize = 200;
+/// What there is.
+const GEOMETRIES: [&str; 7] =
+    ["Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon", "GeometryCollection"];
+/// Names of WGS84, in the order longitude, latitude: what GeoJSON is in.
+const WGS84: [&str; 5] =
+    ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4326"];
+
+pub(crate) fn read(text: Text<'_>) -> Result<Read, Fault> {
+    let begin = text.position();
+    let mut found = Found { can_be_degrees: true, ..Found::default() };
+    let mut json = serde_json::Deserializer::from_reader(BufReader::new(text.in_one_piece()));
+    let whole = Seed(&mut found).deserialize(&mut json).and_then(|object| json.end().map(|()| object));
+    let object = whole.map_err(|error| fault(error, begin))?;
+    object.emit_alone(&mut found).map_err(Fault::whole)?;
+    if found.shapes.all.is_empty() {
+        let message = "holds no lines and no polygons; a map is made of them (points are not shown)";
+        return Err(Fault::whole(message.to_owned()));
+    }
+    let (shapes, in_degrees) =
+        if found.can_be_degrees { (Vec::new(), found.shapes.all) } else { (found.shapes.all, Vec::new()) };
+    Ok(Read { shapes, in_degrees, location: None, is_net: false, is_of_openstreetmap: found.is_of_openstreetmap })
+}
+
+/// What is wrong, and where: `begin` is where the JSON begins.
+fn fault(error: serde_json::Error, begin: Position) -> Fault {
+    let (line, column) = (error.line() as u64, error.column() as u64);
+    let at = Position {
+        line: begin.line + line.saturating_sub(1),
+        column: if line <= 1 { begin.column + column.saturating_sub(1) } else { column.max(1) },
+    };
+    if error.is_io() {
+        return input_fault(Some(at), &io::Error::from(error));
+    }
+    let told = error.to_string();
+    let message = told.rsplit_once(" at line ").map_or(told.as_str(), |(message, _)| message);
+    if error.is_data() {
+        return Fault::at(at, words(message));
+    }
+    let cut = if error.is_eof() { "; it is cut off: copy or make it again" } else { "; must be GeoJSON" };
+    Fault::at(at, format!("not JSON: {}{cut}", words(message)))
+}
+
+/// What has been found so far.
+#[derive(Default)]
+struct Found {
+    shapes: Shapes,
+    /// Positions read, of objects that are not done yet, too.
+    points: usize,
+    can_be_degrees: bool,
+    is_of_openstreetmap: bool,
+}
+
+/// An object of GeoJSON, whichever: what is in its members.
+#[derive(Default)]
+struct Object {
+    kind: String,
+    coordinates: Option<Nest>,
+    geometry: Option<Box<Object>>,
+    geometries: Vec<Object>,
+    tags: Vec<(String, String)>,
+}
+
+/// Coordinates, however deep.
+enum Nest {
+    Position(Point),
+    List(Vec<Nest>),
+}
+
+impl Object {
+    /// Takes in what stands by itself.
+    fn emit_alone(self, found: &mut Found) -> Result<(), String> {
+        match self.kind.as_str() {
+            "FeatureCollection" => Ok(()),
+            "Feature" => self.emit_feature(found),
+            kind if GEOMETRIES.contains(&kind) => self.emit(&[], found),
+            kind => Err(format!(
+                "type = {}: must be FeatureCollection, Feature or a geometry; is this GeoJSON?",
+                quoted(kind)
+            )),
+        }
+    }
+
+    fn emit_feature(self, found: &mut Found) -> Result<(), String> {
+        if self.kind != "Feature" {
+            return Err(format!("type = {}: must be Feature within features", quoted(&self.kind)));
+        }
+        self.geometry.map_or(Ok(()), |geometry| geometry.emit(&self.tags, found))
+    }
+
+    fn emit(self, tags: &[(String, String)], found: &mut Found) -> Result<(), String> {
+        let kind = of_tags(tags);
+        if !GEOMETRIES.contains(&self.kind.as_str()) {
+            return Err(format!("type = {}: must be one of {}", quoted(&self.kind), GEOMETRIES.join(", ")));
+        }
+        if self.kind == "GeometryCollection" {
+            return self.geometries.into_iter().try_for_each(|part| part.emit(tags, found));
+        }
+        let coordinates = self.coordinates.ok_or_else(|| format!("{}: coordinates are missing", self.kind))?;
+        let wrong = || format!("{}: its coordinates are not nested as they must be", self.kind);
+        let width_m = width_m(tags).unwrap_or(kind.width_m());
+        let mut add = |form| found.shapes.add(kind, form);
+        match self.kind.as_str() {
+            "LineString" => add(Form::Line(width_m, coordinates.line().ok_or_else(wrong)?)),
+            "MultiLineString" => {
+                let lines = coordinates.lines().ok_or_else(wrong)?;
+                lines.into_iter().try_for_each(|line| add(Form::Line(width_m, line)))
+            }
+            "Polygon" => add(Form::Area(coordinates.lines().ok_or_else(wrong)?)),
+            "MultiPolygon" => {
+                let Nest::List(areas) = coordinates else { return Err(wrong()) };
+                areas.into_iter().try_for_each(|area| add(Form::Area(area.lines().ok_or_else(wrong)?)))
+            }
+            // Points are not shown.
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Nest {
+    fn line(self) -> Option<Vec<Point>> {
+        let Self::List(positions) = self else { return None };
+        let point = |nest| if let Self::Position(point) = nest { Some(point) } else { None };
+        positions.into_iter().map(point).collect()
+    }
+
+    fn lines(self) -> Option<Vec<Vec<Point>>> {
+        let Self::List(lines) = self else { return None };
+        lines.into_iter().map(Self::line).collect()
+    }
+}
+
+/// The width that properties tell: in metres, or in lanes.
+fn width_m(tags: &[(String, String)]) -> Option<f64> {
+    let of = |wanted: &str| {
+        let (_, value) = tags.iter().find(|(key, _)| key == wanted)?;
+        value.trim_end_matches('m').trim().parse::<f64>().ok().filter(|value| *value > 0.0)
+    };
+    let told = of("width").or_else(|| Some(of("lanes")? * LANE_M));
+    told.filter(|width_m| *width_m <= WIDTH_MAX_M)
+}
+
+struct Seed<'f>(&'f mut Found);
+
+impl<'de> DeserializeSeed<'de> for Seed<'_> {
+    type Value = Object;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Object, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Seed<'_> {
+    type Value = Object;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object of GeoJSON")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Object, A::Error> {
+        let found = self.0;
+        let mut object = Object::default();
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "type" => {
+                    object.kind = map.next_value()?;
+                    if object.kind == "Topology" {
+                        return Err(A::Error::custom("this is TopoJSON; must be GeoJSON: convert it"));
+                    }
+                }
+                "features" => map.next_value_seed(Features(found))?,
+                "geometry" => object.geometry = map.next_value_seed(Maybe(found))?.map(Box::new),
+                "geometries" => object.geometries = map.next_value_seed(Many(found))?,
+                "coordinates" => object.coordinates = Some(map.next_value_seed(Coordinates(found))?),
+                "properties" => object.tags = map.next_value::<Tags>()?.0,
+                "crs" => check_crs(&map.next_value()?).map_err(A::Error::custom)?,
+                "id" | "@id" => {
+                    let Word(id) = map.next_value()?;
+                    found.is_of_openstreetmap |= ["node/", "way/", "relation/"].iter().any(|of| id.starts_with(of));
+                }
+                "copyright" | "attribution" | "generator" => {
+                    let Word(told) = map.next_value()?;
+                    let told = told.to_lowercase();
+                    found.is_of_openstreetmap |= told.contains("openstreetmap") || told.contains("overpass");
+                }
+                _ => drop(map.next_value::<IgnoredAny>()?),
+            }
+        }
+        Ok(object)
+    }
+}
+
+/// Refuses a frame that is not GeoJSON's, where an older file names one.
+fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
+    match crs.pointer("/properties/name").and_then(serde_json::Value::as_str) {
+        Some(name) if !WGS84.contains(&name) => {
+            Err(format!("crs = {}: must be WGS84 (EPSG:4326); save the file again in that", quoted(name)))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// An object, or null.
+struct Maybe<'f>(&'f mut Found);
+
+impl<'de> DeserializeSeed<'de> for Maybe<'_> {
+    type Value = Option<Object>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Option<Object>, D::Error> {
+        deserializer.deserialize_option(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Maybe<'_> {
+    type Value = Option<Object>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a geometry or null")
+    }
+
+    fn visit_unit<E>(self) -> Result<Option<Object>, E> {
+        Ok(None)
+    }
+
+    fn visit_none<E>(self) -> Result<Option<Object>, E> {
+        Ok(None)
+    }
+
+    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Option<Object>, D::Error> {
+        Seed(self.0).deserialize(deserializer).map(Some)
+    }
+}
+
+/// Features, each of which is taken in as it comes.
+struct Features<'f>(&'f mut Found);
+
+impl<'de> DeserializeSeed<'de> for Features<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Features<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of features")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<(), A::Error> {
+        while let Some(feature) = seq.next_element_seed(Seed(&mut *self.0))? {
+            feature.emit_feature(self.0).map_err(A::Error::custom)?;
+        }
+        Ok(())
+    }
+}
+
+/// Geometries of a collection.
+struct Many<'f>(&'f mut Found);
+
+impl<'de> DeserializeSeed<'de> for Many<'_> {
+    type Value = Vec<Object>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<Object>, D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Many<'_> {
+    type Value = Vec<Object>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of geometries")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<Object>, A::Error> {
+        let mut all = Vec::new();
+        while let Some(geometry) = seq.next_element_seed(Seed(&mut *self.0))? {
+            self.0.count().map_err(A::Error::custom)?;
+            all.push(geometry);
+        }
+        Ok(all)
+    }
+}
+
+impl Found {
+    /// One more position, or list of them.
+    fn count(&mut self) -> Result<(), String> {
+        self.points += 1;
+        if self.points <= 2 * MAX_POINTS {
+            return Ok(());
+        }
+        Err(format!("has more than {MAX_POINTS} points; cut the map to where the vehicles drive"))
+    }
+}
+
+/// A position, or a list of what is one deeper.
+struct Coordinates<'f>(&'f mut Found);
+
+impl<'de> DeserializeSeed<'de> for Coordinates<'_> {
+    type Value = Nest;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Nest, D::Error> {
+        match deserializer.deserialize_any(Deeper(self.0))? {
+            Part::Nest(nest) => Ok(nest),
+            Part::Number(_) => Err(D::Error::custom("coordinates must be a list")),
+        }
+    }
+}
+
+enum Part {
+    Number(f64),
+    Nest(Nest),
+}
+
+struct Deeper<'f>(&'f mut Found);
+
+impl<'de> DeserializeSeed<'de> for Deeper<'_> {
+    type Value = Part;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Part, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Deeper<'_> {
+    type Value = Part;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("coordinates: a number, or a list")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<Part, E> {
+        Ok(Part::Number(value))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Part, E> {
+        Ok(Part::Number(value as f64))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<Part, E> {
+        Ok(Part::Number(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Part, A::Error> {
+        let found = self.0;
+        found.count().map_err(A::Error::custom)?;
+        let (mut numbers, mut count, mut list) = ([0.0; 2], 0, Vec::new());
+        while let Some(part) = seq.next_element_seed(Deeper(&mut *found))? {
+            match part {
+                Part::Number(_) if !list.is_empty() => {
+                    return Err(A::Error::custom("a number among lists of coordinates"));
+                }
+                Part::Nest(_) if count > 0 => return Err(A::Error::custom("a list among the numbers of a position")),
+                Part::Nest(nest) => list.push(nest),
+                Part::Number(value) if value.abs() > FURTHEST_M => {
+                    let what =
+                        format!("{value:e} is no coordinate; must be degrees, or metres of at most {FURTHEST_M:e}");
+                    return Err(A::Error::custom(what));
+                }
+                Part::Number(value) => {
+                    if let Some(number) = numbers.get_mut(count) {
+                        *number = value;
+                    }
+                    count += 1;
+                }
+            }
+        }
+        match count {
+            0 => Ok(Part::Nest(Nest::List(list))),
+            1 => Err(A::Error::custom("a position of one number; must be longitude and latitude")),
+            _ => {
+                found.can_be_degrees &= numbers[0].abs() <= 180.0 && numbers[1].abs() <= 90.0;
+                Ok(Part::Nest(Nest::Position(numbers)))
+            }
+        }
+    }
+}
+
+/// What properties tell of what a thing is.
+#[derive(Default)]
+struct Tags(Vec<(String, String)>);
+
+impl<'de> Deserialize<'de> for Tags {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(InTags)
+    }
+}
+
+struct InTags;
+
+impl<'de> Visitor<'de> for InTags {
+    type Value = Tags;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("properties: an object or null")
+    }
+
+    fn visit_unit<E>(self) -> Result<Tags, E> {
+        Ok(Tags::default())
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<Tags, E> {
+        Ok(Tags::default())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tags, A::Error> {
+        let mut tags = Vec::new();
+        while let Some(key) = map.next_key::<String>()? {
+            if TAGS.contains(&key.as_str()) || ["lanes", "width"].contains(&key.as_str()) {
+                let Word(value) = map.next_value()?;
+                tags.push((key, value));
+            } else if key == "tags" {
+                // As some converters of OpenStreetMap nest them.
+                tags.extend(map.next_value::<Tags>()?.0);
+            } else {
+                map.next_value::<IgnoredAny>()?;
+            }
+            // The same name again and again tells nothing more.
+            tags.truncate(4 * TAGS.len());
+        }
+        Ok(Tags(tags))
+    }
+}
+
+/// A value as a word; empty of what is none.
+struct Word(String);
+
+impl<'de> Deserialize<'de> for Word {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(match serde_json::Value::deserialize(deserializer)? {
+            serde_json::Value::String(text) if text.len() <= MAX_WORD => text,
+            serde_json::Value::Number(number) => number.to_string(),
+            serde_json::Value::Bool(true) => "yes".to_owned(),
+            serde_json::Value::Bool(false) => "no".to_owned(),
+            _ => String::new(),
+        }))
+    }
+}

@@ -1,0 +1,106 @@
+//! What lies under the vehicles: maps, read, placed in the plane of a run, thinned, and packed for its page.
+//!
+//! Two kinds of file are read, plain or gzipped; the kind is told by the content, never by the name:
+//!
+//! - **SUMO** nets (`.net.xml`): an edge becomes a line as wide as its lanes, a junction an area; and SUMO's polygons
+//!   (`<poly>`). Their frame is that of `<location>`: `projParameter`, and what `netOffset` adds to it.
+//! - **GeoJSON**: lines and polygons, in degrees (WGS84), as its standard says; what cannot be degrees is taken for metres in
+//!   the plane of the run. What a thing is, properties say as OpenStreetMap calls them (`highway`, `building`, `natural`, ...).
+//!
+//! Nothing that is flown depends on a map. A file that is hostile, too large, no map or in no frame that can be placed is
+//! refused with a sentence: [`MapError`].
+
+mod geojson;
+mod kind;
+mod limit;
+mod packed;
+mod place;
+mod shape;
+mod sumo;
+#[cfg(test)]
+mod tests;
+mod thin;
+
+use standoff_sim::scenario::MapFile;
+use standoff_sim::source::{self, Fault, Position, Text, Wanted};
+use standoff_sim::text;
+use standoff_sim::traffic::Origin;
+
+pub use packed::{FILE, Packed, of_record};
+pub use shape::Bounds;
+
+use place::Read;
+
+/// Why a map cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}{}: {message}", text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
+pub struct MapError {
+    /// The file, as the caller named it.
+    pub file: String,
+    /// Where in the (unpacked) text; `None` if the fault is of the file as a whole.
+    pub position: Option<Position>,
+    /// What is wrong, without the place.
+    pub message: String,
+    /// What was named is all right, as far as is known: the machine failed to read it.
+    pub is_machine_s: bool,
+}
+
+/// What is wanted.
+static MAP: Wanted = Wanted { what: "map", whole: "a map", formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON" };
+
+/// Where a run is flown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Where its plane touches the earth, if it is known.
+    pub origin: Option<Origin>,
+    /// Where its vehicles and UAVs are, m in the plane.
+    pub bounds: Bounds,
+}
+
+/// Reads, places, thins and packs maps. Fails at the first that cannot be used.
+pub fn pack(files: &[MapFile], place: &Place) -> Result<Packed, MapError> {
+    let mut read = Vec::new();
+    for file in files {
+        let (name, text) = match file {
+            MapFile::BuiltIn(name, bytes) => ((*name).to_owned(), source::text(*bytes, &MAP)),
+            MapFile::OnDisk(path) => (path.display().to_string(), source::open(path, &MAP)),
+        };
+        let found = text.and_then(parse).map_err(named(&name))?;
+        read.push((name, found));
+    }
+    let mut points = 0;
+    for (number, (name, found)) in (1..).zip(&read) {
+        points += found.points();
+        shape::check(number, points).map_err(|message| named(name)(Fault::whole(message)))?;
+    }
+    let is_of_openstreetmap = read.iter().any(|(_, found)| found.is_of_openstreetmap);
+    let placed = place::all(read, place)?;
+    thin::fit(placed, is_of_openstreetmap).map_err(|message| named(&all_names(files))(Fault::whole(message)))
+}
+
+fn all_names(files: &[MapFile]) -> String {
+    let name = |file: &MapFile| match file {
+        MapFile::BuiltIn(name, _) => (*name).to_owned(),
+        MapFile::OnDisk(path) => path.display().to_string(),
+    };
+    files.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+fn named(file: &str) -> impl FnOnce(Fault) -> MapError {
+    move |fault| {
+        let Fault { position, message, is_machine_s } = fault;
+        MapError { file: file.to_owned(), position, message, is_machine_s }
+    }
+}
+
+fn parse(mut text: Text<'_>) -> Result<Read, Fault> {
+    match text.first_byte()? {
+        Some(b'<') => sumo::read(text),
+        Some(b'{') => geojson::read(text),
+        Some(_) => {
+            let message = format!("is no map: must be {}, and begin with < or {{", MAP.formats);
+            Err(Fault::at(text.position(), message))
+        }
+        None => Err(Fault::whole(format!("holds no text; must be {}", MAP.formats))),
+    }
+}

@@ -1,0 +1,95 @@
+//! Lines and areas, and how many there may be.
+
+use crate::kind::Kind;
+use crate::limit::{MAX_POINTS, MAX_SHAPES};
+
+/// East and north, m, or longitude and latitude, degrees.
+pub(crate) type Point = [f64; 2];
+
+/// Something of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Shape {
+    pub(crate) kind: Kind,
+    pub(crate) form: Form,
+}
+
+/// Where it is.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Form {
+    /// A line so wide, m.
+    Line(f64, Vec<Point>),
+    /// An area: the ring around it, then those around its holes.
+    Area(Vec<Vec<Point>>),
+}
+
+impl Form {
+    pub(crate) fn lines(&self) -> &[Vec<Point>] {
+        match self {
+            Self::Line(_, line) => std::slice::from_ref(line),
+            Self::Area(rings) => rings,
+        }
+    }
+
+    pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
+        self.lines().iter().flatten()
+    }
+}
+
+/// The shapes of a file as they are read, counted.
+#[derive(Debug, Default)]
+pub(crate) struct Shapes {
+    pub(crate) all: Vec<Shape>,
+    points: usize,
+}
+
+impl Shapes {
+    /// Takes one in. Fails if there are too many.
+    pub(crate) fn add(&mut self, kind: Kind, form: Form) -> Result<(), String> {
+        if form.lines().iter().all(|line| line.len() < 2) {
+            return Ok(());
+        }
+        self.points += form.points().count();
+        self.all.push(Shape { kind, form });
+        check(self.all.len(), self.points)
+    }
+}
+
+/// Refuses what is too much.
+pub(crate) fn check(shapes: usize, points: usize) -> Result<(), String> {
+    let advice = "cut the map to where the vehicles drive";
+    if points > MAX_POINTS {
+        return Err(format!("has more than {MAX_POINTS} points; {advice}"));
+    }
+    if shapes > MAX_SHAPES {
+        return Err(format!("has more than {MAX_SHAPES} lines and areas; {advice}"));
+    }
+    Ok(())
+}
+
+/// A rectangle: west, south, east, north.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds(pub [f64; 4]);
+
+impl Bounds {
+    /// What holds all of these places; `None` of none.
+    pub fn of(points: impl IntoIterator<Item = [f64; 2]>) -> Option<Self> {
+        points.into_iter().fold(None, Self::around)
+    }
+
+    /// These with one more place; those of the place alone, if there are none.
+    #[must_use]
+    pub fn around(bounds: Option<Self>, [x, y]: [f64; 2]) -> Option<Self> {
+        let [west, south, east, north] = bounds.map_or([x, y, x, y], |bounds| bounds.0);
+        Some(Self([west.min(x), south.min(y), east.max(x), north.max(y)]))
+    }
+
+    pub(crate) fn grown(self, by: f64) -> Self {
+        let [west, south, east, north] = self.0;
+        Self([west - by, south - by, east + by, north + by])
+    }
+
+    pub(crate) fn touches(self, other: Self) -> bool {
+        let ([w, s, e, n], [west, south, east, north]) = (self.0, other.0);
+        w <= east && west <= e && s <= north && south <= n
+    }
+}

@@ -1,0 +1,252 @@
+//! Reads SUMO's nets and polygons.
+
+use std::collections::BTreeMap;
+
+use quick_xml::events::BytesStart;
+use standoff_sim::source::xml::{Elements, Found, attributes, walk};
+use standoff_sim::source::{Fault, Position, Text};
+use standoff_sim::text::quoted;
+
+use crate::kind::Kind;
+use crate::limit::{FURTHEST_M, MAX_PROJECTION};
+use crate::place::{Location, Read};
+use crate::shape::{Form, Point, Shapes};
+
+/// Width of a lane where the net does not tell, m: SUMO's own.
+const LANE_M: f64 = 3.2;
+/// Widest lane that is believed, m.
+const LANE_MAX_M: f64 = 100.0;
+/// Edges on which cars may drive faster are major roads, m/s: 50 km/h are a street.
+const MAJOR_M_S: f64 = 16.0;
+/// Functions of edges that are no roads but ways across a junction.
+const WITHIN: [&str; 3] = ["internal", "crossing", "walkingarea"];
+/// Who uses rails.
+const ON_RAILS: [&str; 7] = ["rail", "rail_urban", "rail_electric", "rail_fast", "tram", "subway", "cable_car"];
+/// Who uses paths.
+const ON_PATHS: [&str; 4] = ["pedestrian", "bicycle", "wheelchair", "scooter"];
+/// Roots of files that hold polygons.
+const OF_POLYGONS: [&str; 3] = ["additional", "polygons", "shapes"];
+
+pub(crate) fn read(text: Text<'_>) -> Result<Read, Fault> {
+    let mut file = File::default();
+    walk(text, &mut file)?;
+    file.end_edge()?;
+    if file.shapes.all.is_empty() && file.in_degrees.all.is_empty() {
+        return Err(Fault::whole("holds no edges and no polygons; must be a SUMO net, or polygons of SUMO".to_owned()));
+    }
+    if let (true, None) = (file.is_net, &file.location) {
+        let message = "holds no <location>; a SUMO net has one, which tells its frame; make it again with netconvert";
+        return Err(Fault::whole(message.to_owned()));
+    }
+    Ok(Read {
+        shapes: file.shapes.all,
+        in_degrees: file.in_degrees.all,
+        location: file.location,
+        is_net: file.is_net,
+        is_of_openstreetmap: file.is_of_openstreetmap,
+    })
+}
+
+/// What is known of a file so far.
+#[derive(Default)]
+struct File {
+    in_root: bool,
+    is_net: bool,
+    location: Option<Location>,
+    shapes: Shapes,
+    in_degrees: Shapes,
+    is_of_openstreetmap: bool,
+    edge: Option<Edge>,
+    /// The lanes of roads, by id.
+    lanes: BTreeMap<Box<str>, Kind>,
+}
+
+/// An edge whose lanes are being read.
+struct Edge {
+    start: Position,
+    kind: Option<Kind>,
+    lanes: Vec<Lane>,
+}
+
+struct Lane {
+    kind: Kind,
+    width_m: f64,
+    line: Vec<Point>,
+}
+
+impl Elements for File {
+    fn comment(&mut self, text: &str, _: usize) {
+        // Netconvert and polyconvert tell in a comment what they were given.
+        self.is_of_openstreetmap |= text.contains("osm-files") || text.contains("OpenStreetMap");
+    }
+
+    fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
+        let name = element.name().into_inner();
+        match (depth, name) {
+            (0, _) if !self.in_root => self.root(name, start),
+            (1, "location") => self.place(element, start),
+            (1, "type") => {
+                let [id] = attributes(element, start, ["id"])?;
+                // As SUMO names what it has imported.
+                self.is_of_openstreetmap |= id.is_some_and(|id| id.text.starts_with("highway."));
+                Ok(())
+            }
+            (1, "edge") => self.begin_edge(element, start),
+            (2, "lane") => self.lane(element, start),
+            (1, "junction") => self.junction(element, start),
+            (1, "poly") => self.polygon(element, start),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl File {
+    fn root(&mut self, name: &str, start: Position) -> Result<(), Fault> {
+        self.in_root = true;
+        self.is_net = name == "net";
+        let help = match name {
+            "net" => return Ok(()),
+            _ if OF_POLYGONS.contains(&name) => return Ok(()),
+            "fcd-export" => "this is traffic: --traffic flies over it, --map takes the net that it was made on",
+            "routes" | "trips" => "these are trips: --map takes the net that they are for",
+            "osm" => "this is OpenStreetMap's own XML: make a net of it with netconvert --osm-files, or GeoJSON",
+            _ => "make a net with SUMO's netconvert",
+        };
+        let message = format!("element = {}; the outermost element must be net or additional; {help}", quoted(name));
+        Err(Fault::at(start, message))
+    }
+
+    fn place(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        let [offset, projection] = attributes(element, start, ["netOffset", "projParameter"])?;
+        let need = |found: Option<Found<'_>>, key: &str| {
+            let message =
+                format!("location: {key} is missing; must be an attribute; make the net again with netconvert");
+            found.map(|found| (found.text.into_owned(), found.position)).ok_or_else(|| Fault::at(start, message))
+        };
+        let (offset, offset_at) = need(offset, "netOffset")?;
+        let (projection, projection_at) = need(projection, "projParameter")?;
+        if projection.len() > MAX_PROJECTION {
+            let message = format!("projParameter has {} bytes; at most {MAX_PROJECTION}", projection.len());
+            return Err(Fault::at(projection_at, message));
+        }
+        let point = match points(&offset).map_err(|what| format!("netOffset: {what}")) {
+            Ok(points) if points.len() == 1 => points[0],
+            Ok(_) => return Err(Fault::at(offset_at, "netOffset: must be x,y in metres".to_owned())),
+            Err(message) => return Err(Fault::at(offset_at, message)),
+        };
+        self.location.get_or_insert(Location { offset_m: point, projection, position: projection_at });
+        Ok(())
+    }
+
+    fn begin_edge(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        self.end_edge()?;
+        let [function, kind] = attributes(element, start, ["function", "type"])?;
+        let is_within = function.is_some_and(|function| WITHIN.contains(&function.text.as_ref()));
+        let kind = kind.and_then(|kind| Kind::of_type(&kind.text));
+        self.edge = (!is_within).then(|| Edge { start, kind, lanes: Vec::new() });
+        Ok(())
+    }
+
+    fn lane(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        let Some(edge) = &mut self.edge else { return Ok(()) };
+        let keys = ["id", "shape", "width", "speed", "allow", "disallow"];
+        let [id, shape, width, speed, allow, disallow] = attributes(element, start, keys)?;
+        let number = |found: Option<Found<'_>>| found.and_then(|found| found.text.trim().parse::<f64>().ok());
+        let speed_m_s = number(speed).filter(|speed| speed.is_finite()).unwrap_or_default();
+        let words = |found: &Option<Found<'_>>| found.as_ref().map(|found| found.text.to_string()).unwrap_or_default();
+        let (allow, disallow) = (words(&allow), words(&disallow));
+        let all_in = |known: &[&str]| !allow.is_empty() && allow.split_whitespace().all(|who| known.contains(&who));
+        let kind = if disallow == "all" || all_in(&["ship"]) {
+            return Ok(());
+        } else if all_in(&ON_RAILS) {
+            Kind::Rail
+        } else if all_in(&ON_PATHS) {
+            Kind::Path
+        } else {
+            edge.kind.unwrap_or(if speed_m_s > MAJOR_M_S { Kind::Major } else { Kind::Minor })
+        };
+        let Some(shape) = shape else {
+            let message = "lane: shape is missing; must be an attribute; make the net again with netconvert";
+            return Err(Fault::at(start, message.to_owned()));
+        };
+        let line = shape.read(points)?;
+        let width_m = number(width).filter(|width| (0.1..=LANE_MAX_M).contains(width)).unwrap_or(LANE_M);
+        if let (Some(id), Kind::Minor | Kind::Major) = (id, kind) {
+            self.lanes.insert(id.text.into(), kind);
+        }
+        edge.lanes.push(Lane { kind, width_m, line });
+        Ok(())
+    }
+
+    /// An edge is one line in the middle of its lanes, without the pavements beside them.
+    fn end_edge(&mut self) -> Result<(), Fault> {
+        let Some(Edge { start, lanes, .. }) = self.edge.take() else { return Ok(()) };
+        let Some(kind) = lanes.iter().map(|lane| lane.kind).max() else { return Ok(()) };
+        let mut lanes: Vec<Lane> = lanes.into_iter().filter(|lane| lane.kind == kind).collect();
+        let width_m: f64 = lanes.iter().map(|lane| lane.width_m).sum();
+        let is_even = lanes.iter().all(|lane| lane.line.len() == lanes[0].line.len());
+        if is_even && let [first, .., last] = &lanes[..] {
+            let middle = |(a, b): (&Point, &Point)| [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0];
+            let line = first.line.iter().zip(&last.line).map(middle).collect();
+            lanes = vec![Lane { kind, width_m, line }];
+        }
+        for lane in lanes {
+            let added = self.shapes.add(kind, Form::Line(lane.width_m, lane.line));
+            added.map_err(|message| Fault::at(start, message))?;
+        }
+        Ok(())
+    }
+
+    /// Roads meet in an area.
+    fn junction(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        self.end_edge()?;
+        let [kind, shape, lanes] = attributes(element, start, ["type", "shape", "incLanes"])?;
+        if kind.is_some_and(|kind| kind.text == "internal") {
+            return Ok(());
+        }
+        let lanes = lanes.map(|lanes| lanes.text.into_owned()).unwrap_or_default();
+        let roads = lanes.split_whitespace().filter_map(|lane| self.lanes.get(lane));
+        let (Some(kind), Some(shape)) = (roads.max().copied(), shape) else { return Ok(()) };
+        let ring = shape.read(points)?;
+        if ring.len() < 3 {
+            return Ok(());
+        }
+        self.shapes.add(kind, Form::Area(vec![closed(ring)])).map_err(|message| Fault::at(start, message))
+    }
+
+    fn polygon(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
+        let [kind, shape, fill, geo] = attributes(element, start, ["type", "shape", "fill", "geo"])?;
+        let Some(shape) = shape else {
+            return Err(Fault::at(start, "poly: shape is missing; must be an attribute".to_owned()));
+        };
+        let is_set = |found: Option<Found<'_>>| found.is_some_and(|found| ["1", "true"].contains(&found.text.as_ref()));
+        let kind = kind.and_then(|kind| Kind::of_type(&kind.text)).unwrap_or(Kind::Other);
+        let line = shape.read(points)?;
+        let is_area = line.len() > 2 && (is_set(fill) || line.first() == line.last());
+        let form = if is_area { Form::Area(vec![closed(line)]) } else { Form::Line(kind.width_m(), line) };
+        let shapes = if is_set(geo) { &mut self.in_degrees } else { &mut self.shapes };
+        shapes.add(kind, form).map_err(|message| Fault::at(start, message))
+    }
+}
+
+/// A ring ends where it begins.
+fn closed(mut ring: Vec<Point>) -> Vec<Point> {
+    if ring.first() != ring.last() {
+        ring.extend(ring.first().copied());
+    }
+    ring
+}
+
+/// `x,y x,y ...` or `x,y,z x,y,z ...`.
+fn points(text: &str) -> Result<Vec<Point>, String> {
+    let number = |text: Option<&str>, pair: &str| match text.map(|text| text.trim().parse::<f64>()) {
+        Some(Ok(value)) if value.abs() <= FURTHEST_M => Ok(value),
+        Some(Ok(_)) => Err(format!("{}: must be at most {FURTHEST_M:e} m either way", quoted(pair))),
+        _ => Err(format!("{}: must be x,y in metres", quoted(pair))),
+    };
+    let point = |pair: &str| {
+        let mut parts = pair.split(',');
+        Ok([number(parts.next(), pair)?, number(parts.next(), pair)?])
+    };
+    text.split_whitespace().map(point).collect()
+}
