@@ -11,7 +11,9 @@ import { recordOf } from "./record.mjs";
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const THEMES = ["light", "dark"];
 const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
 const DESKTOP = { viewport: { width: 1280, height: 720 } };
+const FOUR_K = { viewport: { width: 3840, height: 2160 } };
 
 async function lastTime(page) {
   return page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max));
@@ -175,7 +177,8 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
 });
 
 for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a tablet", "figure-9", TABLET],
-  ["1280x720, with a long name", "hostile-name", DESKTOP]]) {
+  ["1280x720, with a long name", "hostile-name", DESKTOP], ["a phone", "figure-9", PHONE], ["a phone, with a long name", "hostile-name", PHONE],
+  ["a screen of 3840x2160", "figure-9", FOUR_K]]) {
   inReport(`everything has its place on ${screen}: no overlap, nothing cut off, no scrolling sideways`, { flight, ...options }, async (page) => {
     await goTo(page, await lastTime(page));
     await page.getByRole("button", { name: "Ruler" }).click();

@@ -181,7 +181,7 @@ class BatchPage {
 
   head(table, heads) {
     const row = document.createElement("tr");
-    row.append(...heads.map((text) => written("th", text, { scope: "col" })));
+    row.append(...heads.map((text) => written("th", text, { scope: "col", "data-head": text })));
     row.lastChild.classList.toggle("verdict", ["Verdict", "Than A"].includes(heads.at(-1)));
     table.tHead.replaceChildren(row);
   }
