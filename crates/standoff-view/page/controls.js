@@ -64,6 +64,9 @@ function connect(page) {
   };
   pressed("zoom-in", () => zoom(1.4));
   pressed("zoom-out", () => zoom(1 / 1.4));
+  pressed("map-png", () => savePicture(page));
+  connectFind(page);
+  connectFilter(page);
   layers(page);
   tabs(document.querySelector("[role=tablist]"), (tab) => {
     if (tab.id === "tab-charts") charts.draw();
@@ -92,13 +95,15 @@ function connect(page) {
     r: () => rule(!page.map.ruler),
     t: () => element("theme").click(),
     l: () => page.film.done || clock.follow(),
+    "/": () => element("find").focus(),
+    Escape: () => page.choice.choose(null),
     "?": () => element("help").showModal(),
   };
   document.addEventListener("keydown", (key) => {
     if (key.ctrlKey || key.metaKey || key.altKey || element("help").open) return;
     // Lists, sliders and buttons keep the keys that work them.
     const at = key.target;
-    if (at.closest("select")) return;
+    if (at.closest("select, [type=search]")) return;
     if (at.closest("[type=range]") && /^(Arrow|Home|End|Page)/.test(key.key)) return;
     if (at.closest("button, summary, [type=checkbox]") && [" ", "Enter"].includes(key.key)) return;
     const wide = at.closest(".scrolled")?.scrollWidth > at.closest(".scrolled")?.clientWidth;

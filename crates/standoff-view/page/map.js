@@ -106,14 +106,15 @@ function drawChosen(map, { pen, scene }) {
   const place = object && placeAt(scene, object);
   if (!place) return;
   const [x, y] = map.camera.at(...place);
-  const rings = [object.kind === "uav" ? 19 : 14];
-  if (object.kind === "group") rings.push(found(scene, object).standoff_distance_m * map.camera.px_per_m);
   const { ground, ink } = palette();
-  for (const [colour, width] of [[ground, 5], [ink, 2]]) {
+  const rings = [[ground, 5, object.kind === "uav" ? 19 : 14], [ink, 2, object.kind === "uav" ? 19 : 14]];
+  // The orbit can be seen under its mark.
+  if (object.kind === "group") rings.push([faded(ink, 0.25), 9, found(scene, object).standoff_distance_m * map.camera.px_per_m]);
+  for (const [colour, width, r] of rings) {
     pen.strokeStyle = colour;
     pen.lineWidth = width;
     pen.beginPath();
-    for (const r of rings) addDisc(pen, x, y, r);
+    addDisc(pen, x, y, r);
     pen.stroke();
   }
 }

@@ -93,7 +93,10 @@ function pictures(page, name) {
       // Tables are for reading: a few times a second, and always when time stands still.
       if (!clock.playing || now_ms - told_ms > 200) {
         told_ms = now_ms;
-        page.runs.forEach(({ map, film }, index) => map.canvas.setAttribute("aria-label", summary(film, scenes[index])));
+        page.runs.forEach(({ map, film, cards }, index) => {
+          map.canvas.setAttribute("aria-label", summary(film, scenes[index]));
+          cards.show();
+        });
         state.show(scenes[page.runs.indexOf(page.run)]);
         name();
       }
@@ -139,6 +142,7 @@ function load(page, run, drawCharts) {
       page.renew();
       page.timeline.renew();
       follows(page);
+      filters(page);
       controls(page);
       // Charts take long; what else there is does not wait for them.
       if (page.film.parts.length) drawCharts();

@@ -8,6 +8,7 @@ class Run {
     this.film = new Film(source, head);
     this.choice = new Choice();
     this.map = new MissionMap(canvas, this.film, this.choice);
+    this.cards = new Cards(this, canvas);
     /** How many parts there are that will not change any more, of how many instants the one after them is: told, and taken in. */
     this.told = { sealed: 0, open: 0, done: false };
     this.taken = { sealed: 0, open: 0 };

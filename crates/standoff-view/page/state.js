@@ -1,49 +1,18 @@
-// The state in words and numbers: what the map shows, for those who read or test it. Values are those of the instant that
-// is on, not between two.
+// The state in words and numbers: what the map shows, for those who read or test it.
 
 /** Most targets that the table lists: those to be worried about come first. */
 const MOST_ROWS = 100;
 
-const DEGREES = 180 / Math.PI;
+/** What a file of the state has of each object, as far as it has it. */
+const CSV_COLUMNS = ["kind", "id", "name", "group", "to_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
+  "speed_m_s", "turn_rate_rad_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "members", "standoff_distance_m",
+  "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status", "out_of_view", "error_m", "detections"];
 
-/** Columns: key, heading, value in words. */
-const UAV_COLUMNS = [
-  ["id", "UAV", (uav) => `${uav.id}`],
-  ["group", "Group", (uav) => (uav.group === null ? "none" : `${uav.group}`)],
-  ["x_m", "East (m)", (uav) => fixed(uav.now_x_m, 1)],
-  ["y_m", "North (m)", (uav) => fixed(uav.now_y_m, 1)],
-  ["speed_m_s", "Speed (m/s)", (uav) => fixed(uav.speed_m_s, 2) + (uav.speed_limited ? " limit" : "")],
-  ["turn_rate_deg_s", "Turn rate (\u00b0/s)", (uav) =>
-    fixed(uav.turn_rate_rad_s * DEGREES, 2) + (uav.turn_rate_limited ? " limit" : "")],
-  ["centre_distance_m", "To centre (m)", (uav) => fixed(uav.centre_distance_m, 1)],
-  ["standoff_error_m", "Off the orbit (m)", (uav) => fixed(uav.standoff_error_m, 1)],
-  ["line_of_sight_deg", "Line of sight (\u00b0)", (uav) => fixed(uav.line_of_sight_rad * DEGREES, 1)],
-];
-
-const GROUP_COLUMNS = [
-  ["id", "Group", (group) => `${group.id}`],
-  ["members", "Members", (group) => fixed(group.members, 0)],
-  ["standoff_distance_m", "Orbit (m)", (group) => fixed(group.shown_distance_m, 1) + (group.feasible ? "" : " not feasible")],
-  ["spread_m", "Spread (m)", (group) => fixed(group.spread_m, 1)],
-  ["phase_deg", "Phase (\u00b0)", (group) => fixed(group.phase_rad * DEGREES, 1)],
-  ["separation_m", "Separation (m)", (group) => fixed(group.separation_m, 0)],
-  ["position_error_m", "Position error (m)", (group) => fixed(group.position_error_m, 2)],
-];
-
-const TARGET_COLUMNS = [
-  ["name", "Target", (target) => target.name],
-  ["state", "State", (target) => [target.place, target.status].filter(Boolean).join(", ") || "no track"],
-  ["concern", "To note", (target) => concern(target)],
-  ["group", "Group", (target) =>
-    target.group === null ? "none" : target.to_group === null ? `${target.group}` : `${target.group} to ${target.to_group}`],
-  ["error_m", "Position error (m)", (target) => fixed(target.error_m, 2)],
-  ["detections", "Seen by", (target) => `${target.detections}`],
-];
-
-/** A number in words; a dash for none. */
-function fixed(value, digits) {
-  if (value === undefined || Number.isNaN(value)) return "\u2013";
-  return value.toFixed(digits).replace("-", "\u2212");
+/** A value as CSV has it. A text that a spreadsheet would take for a formula begins with an apostrophe. */
+function csvText(value) {
+  if (typeof value !== "string") return `${value}`;
+  const plain = /^[=+\-@\t\r]/.test(value) ? `'${value}` : value;
+  return /[",\n\r]/.test(plain) ? `"${plain.replaceAll('"', '""')}"` : plain;
 }
 
 class State {
@@ -55,7 +24,11 @@ class State {
     for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["targets", TARGET_COLUMNS]]) {
       headings(element(id), columns);
       this[id] = element(id).tBodies[0];
+      this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
     }
+    /** What was chosen when it was shown last. */
+    this.brought = null;
+    element("state-csv").addEventListener("click", () => this.saveCsv());
     this.said = null;
     this.troubled = "";
     this.lacking = [];
@@ -64,26 +37,39 @@ class State {
   }
 
   show(scene) {
-    const { film } = this.page;
-    const instant = film.instant(scene.time_s);
+    const { film, choice } = this.page;
+    this.scene = scene;
     this.clock.textContent = `${scene.time_s.toFixed(1)} s`;
     this.clock.dateTime = `PT${scene.time_s.toFixed(3)}S`;
-    const uavs = scene.uavs.map((uav) => ({
-      ...uav,
-      now_x_m: film.value("uavs", "x_m", uav.id, instant),
-      now_y_m: film.value("uavs", "y_m", uav.id, instant),
-    }));
-    const targets = (scene.targets ?? []).map((target) => ({
-      ...target,
-      name: short(film.head.targets[target.id] ?? `${target.id}`),
-    }));
+    const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(film, target.id) }));
     const worst = targets.filter((target) => concern(target));
-    const listed = [...worst, ...targets.filter((target) => !concern(target))].slice(0, MOST_ROWS);
-    rows(this.uavs, UAV_COLUMNS, uavs);
-    rows(this.groups, GROUP_COLUMNS, scene.groups);
-    rows(this.targets, TARGET_COLUMNS, listed);
-    this.more.textContent = targets.length > listed.length ? `and ${targets.length - listed.length} more` : "";
+    const shown = targets.filter((target) => choice.passes(target.group));
+    // What is chosen comes first, then what is to note.
+    const rank = (target) => (choice.isChosen("target", target.id) ? 0 : concern(target) ? 1 : 2);
+    const listed = [0, 1, 2].flatMap((wanted) => shown.filter((target) => rank(target) === wanted)).slice(0, MOST_ROWS);
+    const isChosen = (kind) => (one) => choice.isChosen(kind, one.id);
+    rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
+    rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
+    rows(this.targets, TARGET_COLUMNS, listed, isChosen("target"));
+    this.more.textContent = shown.length > listed.length ? `and ${shown.length - listed.length} more` : "";
+    this.bring(choice.object);
     this.warn(scene, worst);
+  }
+
+  /** A row chooses its object, or lets it go. */
+  clicked(table, row) {
+    const { choice } = this.page;
+    const object = row && { kind: table.slice(0, -1), id: Number(row.dataset.id) };
+    if (object) choice.choose(choice.isChosen(object.kind, object.id) ? null : object);
+  }
+
+  /** Scrolls to the row of what has just been chosen, once that can be seen. */
+  bring(object) {
+    if (objectWord(object) === objectWord(this.brought)) return;
+    const row = object && this[`${object.kind}s`].querySelector("tr.chosen");
+    if (object && !row?.offsetParent) return;
+    this.brought = object;
+    row?.scrollIntoView({ block: "nearest" });
   }
 
   /** What nobody should miss, over the map. */
@@ -94,10 +80,24 @@ class State {
       const some = names.slice(0, 3).join(", ");
       return `${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`;
     });
+    for (const uav of scene.uavs) if (uav.out) told.push(outWords(uav));
     for (const group of scene.groups) if (!group.feasible) told.push(`group ${group.id}: no feasible orbit`);
     this.told = told;
     this.grave = kinds.has("out of view");
     this.say();
+  }
+
+  /** The instant shown as a table: UAVs, groups and targets below one another, in SI units. */
+  saveCsv() {
+    const { film, choice } = this.page;
+    const { time_s, uavs, groups, targets } = this.scene;
+    const shown = (targets ?? []).filter((target) => choice.passes(target.group));
+    const of = (kind, some) => some.map((one) => ({ ...one, kind, name: objectName(film, { kind, id: one.id }) }));
+    const all = [...of("uav", uavs.map((uav) => ({ ...uav, x_m: uav.now_x_m, y_m: uav.now_y_m }))), ...of("group", groups), ...of("target", shown)];
+    const cell = (value) => (value === null || value === undefined || Number.isNaN(value) ? "" : csvText(value));
+    const lines = all.map((one) => [time_s, ...CSV_COLUMNS.map((column) => one[column])].map(cell).join(","));
+    save(`${fileName(`${runName(film.head)}-state-${time_s.toFixed(1)}s`)}.csv`,
+      `${["time_s", ...CSV_COLUMNS].join(",")}\n${lines.join("\n")}\n`, "text/csv");
   }
 
   /** That something is wrong with the page itself; nothing, once it is well again. */
@@ -122,28 +122,39 @@ class State {
 }
 
 /** Fills a table's body, in place where it can, so that what is selected or focused stays. */
-function rows(body, columns, items) {
+function rows(body, columns, items, isChosen) {
   while (body.rows.length > items.length) body.deleteRow(-1);
   items.forEach((item, index) => {
     const row = body.rows[index] ?? body.insertRow();
     row.dataset.id = item.id;
     columns.forEach(([key, , words], place) => {
       const cell = row.cells[place] ?? row.insertCell();
+      // The first cell is a button: a row can be chosen with the keyboard, too.
+      if (place === 0 && !cell.firstChild) {
+        const button = make("button");
+        button.type = "button";
+        cell.append(button);
+      }
       const text = words(item);
-      if (cell.textContent !== text) cell.textContent = text;
+      const written = place === 0 ? cell.firstChild : cell;
+      if (written.textContent !== text) written.textContent = text;
       if (cell.dataset.field !== key) cell.dataset.field = key;
     });
-    row.classList.toggle("concern", item.out_of_view === true);
+    const chosen = isChosen(item);
+    row.cells[0].firstChild.setAttribute("aria-pressed", String(chosen));
+    row.classList.toggle("chosen", chosen);
+    row.classList.toggle("concern", item.out_of_view === true || Boolean(item.out));
   });
 }
 
 /** Writes the headings of a table. */
 function headings(table, columns) {
   const row = table.createTHead().insertRow();
-  for (const [, heading] of columns) {
+  for (const [, heading, , about] of columns) {
     const cell = document.createElement("th");
     cell.scope = "col";
     cell.textContent = heading;
+    cell.title = about;
     row.append(cell);
   }
 }

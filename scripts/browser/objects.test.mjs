@@ -1,0 +1,254 @@
+// What a reader points at, chooses and follows on the map.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+
+import { camera, goTo, painted } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+import { agrees, recordOf } from "./record.mjs";
+
+const DEGREES = 180 / Math.PI;
+
+/** Where a place of the world is on the page, px. */
+async function at(page, x_m, y_m) {
+  const seen = await camera(page);
+  const box = await page.locator("#map").boundingBox();
+  return [box.x + box.width / 2 + (x_m - seen.x_m) * seen.px_per_m, box.y + box.height / 2 - (y_m - seen.y_m) * seen.px_per_m];
+}
+
+const hovered = (page) => page.getByRole("tooltip");
+const chosen = (page) => page.getByRole("region", { name: "What is chosen" });
+
+/** The values of a card, by field. */
+async function facts(card) {
+  return card.locator("dd").evaluateAll((all) => Object.fromEntries(all.map((one) => [one.dataset.field, one.textContent])));
+}
+
+/** Comes near enough to a group for its objects to lie apart. */
+async function comeNear(page, group, presses) {
+  await page.getByLabel("Follow").selectOption(`group ${group}`);
+  for (let press = 0; press < presses; press++) await page.getByRole("button", { name: "Zoom in" }).click();
+}
+
+inReport("under the pointer every object says what it is, and its numbers now", {}, async (page) => {
+  const record = recordOf("figure-9");
+  await goTo(page, 60);
+  await comeNear(page, 0, 1);
+  const uav = record.rows("uavs", 60).get(0);
+  await page.mouse.move(...(await at(page, uav.x_m, uav.y_m)));
+  await assert.doesNotReject(hovered(page).getByRole("heading", { name: "UAV 0", exact: true }).waitFor());
+  const told = await facts(hovered(page));
+  assert.equal(told.group, `${uav.group}`);
+  agrees(told.speed_m_s.replace(" limit", ""), uav.speed_m_s, 2, "speed");
+  agrees(told.standoff_error_m, uav.standoff_error_m, 1, "off the orbit");
+  assert.match(await hovered(page).textContent(), /Speed \(m\/s\).*Turn rate \(\u00b0\/s\)/, "with units");
+
+  const group = record.rows("groups", 60).get(0);
+  const [orbit_x_m, orbit_y_m] = [group.x_m - group.standoff_distance_m * Math.cos(2.4), group.y_m + group.standoff_distance_m * Math.sin(2.4)];
+  await page.mouse.move(...(await at(page, orbit_x_m, orbit_y_m)));
+  await hovered(page).getByRole("heading", { name: "Orbit of group 0" }).waitFor();
+  agrees((await facts(hovered(page))).standoff_distance_m.replace(" not feasible", ""), group.standoff_distance_m, 1, "orbit");
+
+  // On the line from the UAV to its group, near the UAV: nothing but its field of view.
+  const wedge = await at(page, uav.x_m + 0.3 * (group.x_m - uav.x_m), uav.y_m + 0.3 * (group.y_m - uav.y_m));
+  await page.mouse.move(...wedge);
+  await hovered(page).getByRole("heading", { name: "Field of view of UAV 0" }).waitFor();
+  assert.match(await hovered(page).textContent(), /70\u00b0 about the boresight\. A target counts as in view if it is inside/);
+
+  for (let press = 0; press < 5; press++) await page.getByRole("button", { name: "Zoom in" }).click();
+  await page.mouse.move(...(await at(page, group.x_m, group.y_m)));
+  await hovered(page).getByRole("heading", { name: "Group 0" }).waitFor();
+  assert.equal((await facts(hovered(page))).members, `${group.members}`);
+  for (const [id, target] of record.rows("targets", 60)) {
+    if (target.group !== 0) continue;
+    await page.mouse.move(...(await at(page, target.x_m, target.y_m)));
+    await hovered(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
+    const { error_m, detections, state } = await facts(hovered(page));
+    agrees(error_m, target.error_m, 2, `error of target ${id}`);
+    assert.equal(detections, `${target.detections}`);
+    assert.equal(state, `${target.place}, ${target.status}`);
+    const box = await hovered(page).boundingBox();
+    const map = await page.locator("#map").boundingBox();
+    assert.ok(box.x >= map.x && box.x + box.width <= map.x + map.width && box.y + box.height <= map.y + map.height, "inside the map");
+  }
+  await page.mouse.move(5, 5);
+  assert.equal(await hovered(page).count(), 0, "a pointer that has left points at nothing");
+});
+
+inReport("a click chooses: a ring, a card that keeps up with time, its row; escape lets it go", {}, async (page) => {
+  const record = recordOf("figure-9");
+  await goTo(page, 40);
+  await comeNear(page, 0, 7);
+  await page.getByRole("tab", { name: "State" }).click();
+  const [id, target] = [...record.rows("targets", 40)].filter(([, one]) => one.group === 0).at(-1);
+  const pixels = () => page.locator("#map").evaluate((canvas) => canvas.toDataURL());
+  const before = await pixels();
+  await page.mouse.click(...(await at(page, target.x_m, target.y_m)));
+  await page.mouse.move(5, 5);
+  await chosen(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
+  await painted(page);
+  assert.ok((await pixels()) !== before, "there is a mark about it");
+  const row = page.locator("#targets tbody tr").first();
+  assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
+  assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
+  assert.equal(await page.locator("tr.chosen").count(), 1);
+  for (const time_s of [40, 41, 60]) {
+    await goTo(page, time_s);
+    agrees((await facts(chosen(page))).error_m, record.rows("targets", time_s).get(id).error_m, 2, `error at ${time_s} s`);
+  }
+  await page.keyboard.press("Escape");
+  await painted(page);
+  assert.equal(await chosen(page).count(), 0);
+  assert.equal(await page.locator("tr.chosen").count(), 0);
+});
+
+inReport("a click on nothing lets go, and one more on the same place chooses what lies under it", {}, async (page) => {
+  const record = recordOf("figure-9");
+  await goTo(page, 40);
+  await comeNear(page, 0, 2);
+  const uav = record.rows("uavs", 40).get(0);
+  const place = await at(page, uav.x_m, uav.y_m);
+  const names = new Set();
+  await page.mouse.click(...place);
+  assert.equal(await chosen(page).getByRole("heading").textContent(), "UAV 0");
+  const target = [...record.rows("targets", 40)].find(([, one]) => one.group === 0)[1];
+  const crowd = await at(page, target.x_m, target.y_m);
+  for (let click = 0; click < 3; click++) {
+    await page.mouse.click(...crowd);
+    names.add(await chosen(page).getByRole("heading").textContent());
+  }
+  assert.ok(names.size >= 2, `${[...names]}`);
+  const map = await page.locator("#map").boundingBox();
+  await page.mouse.click(map.x + 5, map.y + map.height / 2);
+  assert.equal(await chosen(page).count(), 0);
+});
+
+inReport("rows choose with mouse and keyboard, and what is chosen can be followed: UAVs, groups, targets", {}, async (page) => {
+  const record = recordOf("figure-9");
+  await goTo(page, 40);
+  await page.getByRole("tab", { name: "State" }).click();
+  const follow = page.getByLabel("Follow");
+  for (const [table, kind, id] of [["uavs", "uav", 2], ["groups", "group", 1], ["targets", "target", 4]]) {
+    const row = page.locator(`#${table} tr[data-id="${id}"]`);
+    if (kind === "group") {
+      await row.getByRole("button").focus();
+      await page.keyboard.press("Enter");
+    } else {
+      await row.locator("td").nth(1).click();
+    }
+    await chosen(page).getByRole("button", { name: "Follow" }).click();
+    assert.equal(await follow.inputValue(), `${kind} ${id}`);
+    assert.equal(await chosen(page).getByRole("button", { name: "Follow" }).getAttribute("aria-pressed"), "true");
+    for (const time_s of [40, 80]) {
+      await goTo(page, time_s);
+      const { x_m, y_m } = record.rows(table, time_s).get(id);
+      const seen = await camera(page);
+      assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, `${kind} ${id} at ${time_s} s: ${seen.x_m} ${seen.y_m}, not ${x_m} ${y_m}`);
+    }
+  }
+  await chosen(page).getByRole("button", { name: "Close" }).click();
+  assert.equal(await chosen(page).count(), 0);
+  assert.equal(await follow.inputValue(), "target 4", "what is followed stays followed");
+  for (const [table, words] of [["uavs", "inside"], ["groups", "r_d"], ["targets", "out of view"]]) {
+    const titles = await page.locator(`#${table} th`).evaluateAll((heads) => heads.map((head) => head.title));
+    assert.ok(titles.every((title) => title.length > 10) && titles.some((title) => title.includes(words)), `${titles}`);
+  }
+});
+
+inReport("a UAV that has dropped out is marked, where and since when, until it is back", { flight: "outage" }, async (page) => {
+  await page.evaluate(() => {
+    const { fillText } = CanvasRenderingContext2D.prototype;
+    window.written = [];
+    CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+      window.written.push(text);
+      return fillText.call(this, text, ...rest);
+    };
+  });
+  const written = async (time_s) => {
+    await page.evaluate(() => (window.written = []));
+    await goTo(page, time_s);
+    await painted(page);
+    return page.evaluate(() => window.written.filter((text) => text.includes("dropped out at")));
+  };
+  await page.getByRole("tab", { name: "State" }).click();
+  const row = page.locator('#uavs tr[data-id="1"]');
+  for (const [time_s, out] of [[0, false], [39.5, false], [45, true], [100, true], [120, false]]) {
+    assert.equal((await written(time_s)).includes("UAV 1 dropped out at 40.0 s"), out, `the map at ${time_s} s`);
+    assert.equal((await row.textContent()).includes("out since 40.0 s"), out, `State at ${time_s} s`);
+    assert.equal((await page.locator("#warning").textContent()).includes("UAV 1 dropped out at 40.0 s"), out, `the warning at ${time_s} s`);
+  }
+  await goTo(page, 45);
+  await row.click();
+  assert.match(await chosen(page).textContent(), /UAV 1 dropped out at 40\.0 s/);
+});
+
+inReport("what is followed and ends says so, and is followed again where it is", { flight: "outage" }, async (page) => {
+  const ended = JSON.parse(readFileSync(new URL("values.json", `file://${process.env.STANDOFF_FLIGHTS}/outage/`), "utf8"));
+  const [id, end] = Object.entries(ended.groups)
+    .map(([id, { members }]) => [Number(id), members.findLastIndex((count) => count !== null)])
+    .find(([, last]) => last >= 0 && last < ended.times_s.length - 1);
+  const end_s = ended.times_s[end + 1];
+  const { x_m } = ended.groups[id];
+  const note = page.locator(".note");
+  await goTo(page, ended.times_s[end]);
+  await page.getByLabel("Follow").selectOption(`group ${id}`);
+  await painted(page);
+  assert.equal(await note.textContent(), "");
+  const held = await camera(page);
+  assert.ok(Math.abs(held.x_m - x_m[end]) < 0.01);
+  await goTo(page, end_s + 5);
+  assert.equal(await note.textContent(), `Group ${id} ended at ${end_s.toFixed(1)} s; the map stays where it is`);
+  assert.deepEqual(await camera(page), held);
+  await goTo(page, ended.times_s[end - 10]);
+  assert.equal(await note.textContent(), "");
+  assert.ok(Math.abs((await camera(page)).x_m - x_m[end - 10]) < 0.01, "it is followed again");
+});
+
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+
+inReport("on a phone a tap chooses, the card lies below across the map, and the ruler measures", PHONE, async (page) => {
+  const record = recordOf("figure-9");
+  await goTo(page, 40);
+  const uav = record.rows("uavs", 40).get(3);
+  await page.touchscreen.tap(...(await at(page, uav.x_m, uav.y_m)));
+  await chosen(page).getByRole("heading", { name: "UAV 3", exact: true }).waitFor();
+  const map = await page.locator("#map").boundingBox();
+  for (const box of await Promise.all([chosen(page), page.locator(".tools")].map((one) => one.boundingBox()))) {
+    assert.ok(box.x >= 0 && box.x + box.width <= 390, `${JSON.stringify(box)} fits`);
+    assert.ok(box.y + box.height <= map.y + map.height);
+  }
+  await chosen(page).getByRole("button", { name: "Close" }).tap();
+  await page.getByRole("button", { name: "Ruler" }).tap();
+  const session = await page.context().newCDPSession(page);
+  const touch = (type, ...points) => session.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  const [x, y] = [map.x + 100, map.y + map.height - 120];
+  const before = await camera(page);
+  await touch("touchStart", [x, y]);
+  await touch("touchMove", [x + 60, y]);
+  await touch("touchMove", [x + 120, y]);
+  await touch("touchEnd");
+  assert.deepEqual(await camera(page), before, "measuring does not move the map");
+  const [, metres] = (await page.locator("#measured").textContent()).match(/^(\d+) m, bearing 090\u00b0$/);
+  assert.ok(Math.abs(Number(metres) - 120 / before.px_per_m) <= 1 / before.px_per_m);
+});
+
+inReport("what the ruler says is always inside the map", {}, async (page) => {
+  await page.evaluate(() => {
+    const { fillText } = CanvasRenderingContext2D.prototype;
+    CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+      if (text.includes("bearing")) window.ruled = { x, y, width: this.measureText(text).width };
+      return fillText.call(this, text, x, y);
+    };
+  });
+  await page.getByRole("button", { name: "Ruler" }).click();
+  const map = await page.locator("#map").boundingBox();
+  for (const [dx, dy] of [[map.width - 3, 3], [map.width - 3, map.height - 3], [3, map.height - 3]]) {
+    await page.mouse.move(map.x + 200, map.y + 200);
+    await page.mouse.down();
+    await page.mouse.move(map.x + dx, map.y + dy);
+    await page.mouse.up();
+    await painted(page);
+    const { x, y, width } = await page.evaluate(() => window.ruled);
+    assert.ok(x > 0 && x + width < map.width && y > 5 && y < map.height - 5, JSON.stringify({ x, y, width }));
+  }
+});
