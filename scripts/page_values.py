@@ -3,7 +3,7 @@
 
 Usage: page_values.py <record folder> > values.json
 
-Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("uavs", "groups", "targets"), id and column,
+Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets"), id and column,
 one value for every instant; null for what there is not. Columns have the names and units of the record. Those that the
 record does not hold are recomputed with check_equations.py, as docs/metrics.md defines them. Needs requirements.txt.
 """
@@ -32,6 +32,7 @@ def main(arguments):
         "times_s": [time / 1e6 for time in times],
         "names": [row.name for row in sorted(record.rows("targets"), key=lambda row: row.target)],
         "events": [vars(event) for time in sorted(record.events) for event in record.events[time]],
+        "run": columns(times, lambda time: {0: run_values(record, time)}),
         "uavs": columns(times, lambda time: {uav: uav_values(record, time, row) for uav, row in record.uavs[time].items()}),
         "groups": columns(times, lambda time: {
             group: group_values(record, time, row, bounds) for group, row in record.groups[time].items()}),
@@ -154,6 +155,20 @@ def target_values(record, time):
 def place(row, x_m, y_m):
     """Where something is, under these names."""
     return dict(zip((x_m, y_m), row.position)) if row is not None else {x_m: None, y_m: None}
+
+
+def run_values(record, time):
+    """Of all targets that exist: how many, and how many have a track, are watched, are seen; and how well they are known."""
+    there = [row for row in target_values(record, time).values() if row["exists"]]
+    tracked = [row for row in there if row["error_m"] is not None]
+    judged = any(record.truth[before] for before in record.times if before < time)
+    return {
+        "targets": len(there),
+        "tracked": len(tracked),
+        "watched": sum(row["in_view"] and row["group"] is not None for row in tracked) if judged else None,
+        "seen": sum(bool(row["in_view"]) for row in there) if judged else None,
+        "position_error_m": np.sqrt(np.mean([row["error_m"] ** 2 for row in tracked])) if tracked else None,
+    }
 
 
 if __name__ == "__main__":

@@ -35,7 +35,11 @@ for (const theme of THEMES) {
       await page.getByRole("tab", { name }).click();
       await axe(page, `${name}, ${theme}`);
     }
-    await page.locator("summary").click();
+    await page.locator(".tools summary").click();
+    await page.getByRole("tab", { name: "Charts" }).click();
+    await page.getByRole("button", { name: "Panels" }).click();
+    await axe(page, `panels, ${theme}`);
+    await page.keyboard.press("Escape");
     await page.getByRole("button", { name: "Keys" }).click();
     await axe(page, `help and layers, ${theme}`);
   });
@@ -64,9 +68,10 @@ for (const theme of THEMES) {
     });
     await goTo(page, 27);
     const { written, ground, inks, curves } = await page.evaluate(() => {
-      const { layout, data } = document.getElementById("charts");
-      const inks = [layout.font.color, ...layout.annotations.map((words) => words.font.color)];
-      return { written: window.written, ground: layout.plot_bgcolor, inks, curves: data.map((curve) => curve.line.color) };
+      const plots = [...document.querySelectorAll(".panel:not([hidden]) .plot")];
+      const { layout } = plots[0];
+      const curves = plots.flatMap(({ data }) => data.map((curve) => curve.line.color));
+      return { written: window.written, ground: layout.plot_bgcolor, inks: [layout.font.color], curves };
     });
     for (const words of ["N", "UAV 0", "group 1", "target-1", "out of view"]) {
       assert.ok(written.some(([text]) => text === words), `${words} is on the map`);
@@ -97,7 +102,7 @@ inReport("the theme is the system's until another is chosen, and that one stays"
   assert.notEqual(light.page, dark.page);
   await page.getByRole("button", { name: "Theme" }).click();
   assert.deepEqual(await ground(), dark);
-  await page.waitForFunction((colour) => document.getElementById("charts").layout.plot_bgcolor === colour, "#11161c");
+  await page.waitForFunction((colour) => document.querySelector(".panel:not([hidden]) .plot").layout.plot_bgcolor === colour, "#11161c");
   await page.keyboard.press("t");
   assert.equal(await theme(), "light");
   await page.keyboard.press("t");
@@ -156,7 +161,8 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "summary", "tab-charts", "png", "csv",
+  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "summary", "tab-charts", "panel-choice", "png", "csv",
+    "curve-uavs-0",
     "play", "back", "on", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "tabs are one stop");
   await page.getByRole("tab", { name: "Charts" }).focus();

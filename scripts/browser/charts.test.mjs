@@ -8,62 +8,86 @@ import { inReport } from "./in_report.mjs";
 import { recordOf, same } from "./record.mjs";
 
 const DEGREES = 180 / Math.PI;
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
 
-/** Panels from the top: table, columns as they are drawn (solid, dashed), factor. */
+/** Panels from the top: key, factor, and by table its columns and their dashes. */
 const PANELS = [
-  ["uavs", ["line_of_sight_rad"], DEGREES],
-  ["groups", ["standoff_distance_m"], 1],
-  ["uavs", ["standoff_error_m"], 1],
-  ["groups", ["phase_rad", "phase_wanted_rad"], DEGREES],
-  ["uavs", ["speed_m_s"], 1],
-  ["uavs", ["turn_rate_rad_s"], DEGREES],
-  ["groups", ["position_error_m", "position_bound_m"], 1],
-  ["groups", ["scan_sd_m"], 1],
+  ["watched", 1, [["run", "targets", "solid"], ["run", "tracked", "dash"], ["run", "seen", "dot"], ["run", "watched", "solid"]]],
+  ["position_error", 1, [["groups", "position_error_m", "solid"], ["groups", "position_bound_m", "dash"], ["run", "position_error_m", "dot"]]],
+  ["line_of_sight", DEGREES, [["uavs", "line_of_sight_rad", "solid"]]],
+  ["standoff_distance", 1, [["groups", "standoff_distance_m", "solid"], ["uavs", "centre_distance_m", "dot"]]],
+  ["standoff_error", 1, [["uavs", "standoff_error_m", "solid"]]],
+  ["phase", DEGREES, [["groups", "phase_rad", "solid"], ["groups", "phase_wanted_rad", "dash"]]],
+  ["speed", 1, [["uavs", "speed_m_s", "solid"]]],
+  ["turn_rate", DEGREES, [["uavs", "turn_rate_rad_s", "solid"]]],
+  ["scan_sd", 1, [["groups", "scan_sd_m", "solid"]]],
 ];
 
 /** The curves that a record makes, in the order of the page. */
 function curvesOf(record) {
   const found = [];
-  const put = (index, table, id, column, factor, dash) => {
-    const values = record.tables[table][id][column].map((value) => (value === null ? null : value * factor));
-    const name = table === "uavs" ? `UAV ${id}` : `group ${id}`;
-    if (values.some((value) => value !== null)) found.push({ name, index, dash, column, table, id, factor, values });
-  };
-  for (const [index, [table, columns, factor]] of PANELS.entries()) {
-    for (const id of record.ids(table)) columns.forEach((column, k) => put(index, table, id, column, factor, k ? "dash" : "solid"));
-    if (columns[0] === "standoff_distance_m") for (const id of record.ids("uavs")) put(index, "uavs", id, "centre_distance_m", 1, "dot");
+  for (const [panel, factor, columns] of PANELS) {
+    for (const [of, column, dash] of columns) {
+      for (const id of record.ids(of)) {
+        const values = record.tables[of][id][column].map((value) => (value === null ? null : value * factor));
+        if (values.some((value) => value !== null)) found.push({ panel, dash, column, of, id, factor, values });
+      }
+    }
   }
   return found;
 }
 
-/** What plotly shows. */
+/** What plotly shows, panel by panel: a trace is of a single object here, from its first to its last value. */
 async function drawn(page) {
-  return page.evaluate(() => {
-    const place = document.getElementById("charts");
-    return {
-      traces: place.data.map(({ name, yaxis, line, x, y }) => ({ name, index: Number(yaxis.slice(1) || 1) - 1, dash: line.dash, x: [...x], y: [...y] })),
-      visible: [...new Set(place._fullData.filter((trace) => trace.visible === true).map((trace) => trace.name))],
-      range_s: place.layout.xaxis.range.map(Number),
-    };
-  });
+  return page.evaluate(() => [...document.querySelectorAll(".panel:not([hidden])")].flatMap(({ dataset, lastChild }) =>
+    lastChild.data.map(({ meta, line, opacity, x, y }) =>
+      ({ panel: dataset.panel, ...meta[0], dash: line.dash, width: line.width, opacity, x: [...x], y: [...y] }))));
 }
 
-/** The box of a plot on the page, from the top. */
-async function plot(page, index) {
-  const place = page.locator(`#charts .draglayer .nsewdrag[data-subplot="x${index ? `y${index + 1}` : "y"}"]`);
+const named = ({ panel, of, id, column, dash }) => `${panel}: ${of} ${id} ${column} ${dash}`;
+
+/** Which objects have curves. */
+async function shownNames(page) {
+  return [...new Set((await drawn(page)).filter(({ of }) => of !== "run").map(({ of, id }) => `${of} ${id}`))].sort();
+}
+
+/** The stretch of time shown, s. */
+async function range(page) {
+  return page.evaluate(() => document.querySelector(".panel:not([hidden]) .plot").layout.xaxis.range.map(Number));
+}
+
+/** The box of a plot's inside on the page. */
+async function plot(page, panel) {
+  const place = page.locator(`[data-panel=${panel}] .plot`);
   await place.scrollIntoViewIfNeeded();
-  return place.boundingBox();
+  const box = await place.boundingBox();
+  const { l, r, t, b } = await place.evaluate(({ layout }) => layout.margin);
+  return { x: box.x + l, y: box.y + t, width: box.width - l - r, height: box.height - t - b };
+}
+
+/** Drags from a share of a plot's width to another. */
+async function drag(page, panel, from, to) {
+  const box = await plot(page, panel);
+  const y = box.y + box.height / 2;
+  await page.mouse.move(box.x + from * box.width, y);
+  await page.mouse.down();
+  await page.mouse.move(box.x + (from + 0.4 * (to - from)) * box.width, y + 9);
+  await page.mouse.move(box.x + to * box.width, y + 5);
+  await page.mouse.up();
 }
 
 for (const flight of ["figure-9", "slips"]) {
   inReport(`every curve equals the record: ${flight}`, { flight }, async (page) => {
     const record = recordOf(flight);
     const wanted = curvesOf(record);
-    const { traces } = await drawn(page);
-    assert.deepEqual(traces.map(({ name, index, dash }) => [name, index, dash]), wanted.map(({ name, index, dash }) => [name, index, dash]));
+    const traces = await drawn(page);
+    assert.deepEqual(traces.map(named), wanted.map(named));
     for (const [k, { x, y }] of traces.entries()) {
-      assert.deepEqual(x, record.times_s);
-      same(y, wanted[k].values, `${wanted[k].name}, ${wanted[k].column}`);
+      const { values } = wanted[k];
+      const from = record.times_s.indexOf(x[0]);
+      assert.ok(values.every((value, at) => value === null || (at >= from && at < from + x.length)), "to its ends");
+      assert.deepEqual(x, record.times_s.slice(from, from + x.length));
+      same(y, values.slice(from, from + x.length), named(wanted[k]));
     }
   });
 }
@@ -74,87 +98,230 @@ inReport("of a long mission the extremes are drawn, and every instant once zoome
   assert.ok(wanted.some((curve) => curve.column === "position_bound_m"), "a mission with a bound");
   const extremes = (values) => [Math.min, Math.max].map((most) => values.filter((value) => value !== null).reduce((a, b) => most(a, b)));
   const whole = await drawn(page);
-  for (const [k, { x, y }] of whole.traces.entries()) {
+  assert.deepEqual(whole.map(named), wanted.map(named));
+  for (const [k, { x, y }] of whole.entries()) {
     assert.ok(x.length < record.times_s.length && x.length <= 1500, `${x.length} points`);
     same(extremes(y), extremes(wanted[k].values), wanted[k].column);
     same(y, x.map((time_s) => wanted[k].values[record.times_s.indexOf(time_s)]), wanted[k].column);
   }
-  const box = await plot(page, 0);
-  await page.mouse.move(box.x + 0.25 * box.width, box.y + box.height / 2);
-  await page.mouse.down();
-  await page.mouse.move(box.x + 0.3 * box.width, box.y + box.height / 2);
-  await page.mouse.move(box.x + 0.5 * box.width, box.y + box.height / 2);
-  await page.mouse.up();
-  await page.waitForFunction(() => document.getElementById("charts").data[0].x[0] > 100);
+  const button = page.getByRole("button", { name: "Whole run" });
+  assert.equal(await button.count(), 0, "nothing to go back to");
+  await goTo(page, 700);
+  await drag(page, "line_of_sight", 0.25, 0.5);
+  await page.waitForFunction(() => [...document.querySelectorAll(".panel:not([hidden]) .plot")].every(({ data }) => data[0].x[0] > 100));
   const zoomed = await drawn(page);
-  const [from, to] = zoomed.range_s;
+  const [from, to] = await range(page);
   assert.ok(Math.abs(from - 250) < 5 && Math.abs(to - 500) < 5, `${from} to ${to} s`);
-  for (const [k, { x, y }] of zoomed.traces.entries()) {
+  for (const [k, { x, y }] of zoomed.entries()) {
     const within = record.times_s.map((time_s, at) => [time_s, wanted[k].values[at]]).filter(([time_s]) => time_s >= x[0] && time_s <= x.at(-1));
     assert.ok(x[0] <= from && x.at(-1) >= to, "to both edges");
     assert.deepEqual(x, within.map(([time_s]) => time_s));
     same(y, within.map(([, value]) => value), wanted[k].column);
   }
-  assert.equal(await clock(page), 0, "zooming does not change the time shown");
-  const again = await plot(page, 0);
-  await page.mouse.dblclick(again.x + again.width / 2, again.y + again.height / 2);
-  await page.waitForFunction(() => document.getElementById("charts").data[0].x[0] < 10);
+  assert.equal(await clock(page), 700, "dragging does not change the time shown");
+  const back = () => page.waitForFunction(() => [...document.querySelectorAll(".panel:not([hidden]) .plot")].every(({ data }) => data[0].x[0] < 10));
+  const box = await plot(page, "speed");
+  await page.mouse.dblclick(box.x + box.width / 2, box.y + box.height / 2);
+  await back();
   assert.deepEqual(await drawn(page), whole, "a double click shows the whole again");
+  assert.equal(await clock(page), 700, "nor does a double click");
+  await drag(page, "turn_rate", 0.9, 0.4);
+  await page.waitForFunction(() => document.querySelector(".panel:not([hidden]) .plot").layout.xaxis.range[0] > 300);
+  await button.click();
+  await back();
+  assert.equal(await button.count(), 0);
+  assert.equal(await clock(page), 700);
 });
 
-inReport("a click on a name isolates it, another theme keeps that, a second click brings all back", {}, async (page) => {
-  const all = (await drawn(page)).visible;
-  assert.deepEqual([...all].sort(), ["UAV 0", "UAV 1", "UAV 2", "UAV 3", "group 0", "group 1"]);
-  const entry = page.locator("#charts .legend .traces", { hasText: "UAV 2" }).locator(".legendtoggle");
-  const shows = (names) => page.waitForFunction((names) => {
-    const shown = document.getElementById("charts")._fullData.filter((trace) => trace.visible === true).map((trace) => trace.name);
-    return JSON.stringify([...new Set(shown)]) === JSON.stringify(names);
-  }, names);
-  await entry.click();
-  await shows(["UAV 2"]);
+inReport("a hand that trembles clicks, and a drag never moves time", {}, async (page) => {
+  const whole = await range(page);
+  const box = await plot(page, "speed");
+  const at = { x: box.x + 0.6 * box.width, y: box.y + box.height / 2 };
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x + 3, at.y + 2);
+  await page.mouse.up();
+  await painted(page);
+  assert.deepEqual(await range(page), whole);
+  const there = await clock(page);
+  assert.ok(Math.abs(there - 60) < 1.5, `${there} s`);
+  for (const [from, to] of [[0.1, 0.3], [0.8, 0.2]]) {
+    await drag(page, "speed", from, to);
+    await painted(page);
+    assert.equal(await clock(page), there);
+  }
+});
+
+inReport("a button of each name shows it alone; another theme keeps that; by keyboard, too", {}, async (page) => {
+  const all = await shownNames(page);
+  assert.deepEqual(all, ["groups 0", "groups 1", "uavs 0", "uavs 1", "uavs 2", "uavs 3"]);
+  const shows = async (names) => {
+    await page.waitForFunction((names) => {
+      const shown = [...document.querySelectorAll(".panel:not([hidden]) .plot")].flatMap(({ data }) => data.flatMap(({ meta }) => meta));
+      return JSON.stringify([...new Set(shown.filter(({ of }) => of !== "run").map(({ of, id }) => `${of} ${id}`))].sort()) === JSON.stringify(names);
+    }, names);
+  };
+  const legend = page.getByRole("toolbar", { name: "Curves" });
+  const button = (name) => legend.getByRole("button", { name, exact: true });
+  assert.deepEqual(await legend.getByRole("button").allTextContents(), ["UAV 0", "UAV 1", "UAV 2", "UAV 3", "group 0", "group 1"]);
+  assert.equal(await button("UAV 2").getAttribute("aria-pressed"), "false");
+  await button("UAV 2").click();
+  await shows(["groups 0", "groups 1", "uavs 2"]);
+  assert.equal(await button("UAV 2").getAttribute("aria-pressed"), "true");
   await page.getByRole("button", { name: "Theme" }).click();
   await painted(page);
-  await shows(["UAV 2"]);
-  await entry.click();
+  await shows(["groups 0", "groups 1", "uavs 2"]);
+  await button("UAV 2").focus();
+  for (const key of ["ArrowRight", "ArrowRight", "ArrowRight"]) await page.keyboard.press(key);
+  assert.equal(await page.evaluate(() => document.activeElement.textContent), "group 1");
+  await page.keyboard.press("Space");
+  await shows(["groups 1", "uavs 2"]);
+  assert.equal(await page.evaluate(() => document.activeElement.textContent), "group 1", "the focus stays");
+  assert.equal(await clock(page), 0, "the keys do not go to the page");
+  await button("all curves").click();
   await shows(all);
+  assert.equal(await button("UAV 2").getAttribute("aria-pressed"), "false");
 });
 
-inReport("the names stand clear of the plots", {}, async (page) => {
-  const bottom = await page.locator("#charts .legend").evaluate((legend) => legend.getBoundingClientRect().bottom);
-  const top = await page.locator("#charts .annotation").first().evaluate((title) => title.getBoundingClientRect().top);
-  assert.ok(bottom <= top, `the legend ends at ${bottom} px, the first title begins at ${top} px`);
+for (const [screen, options] of [["1280x720", {}], ["a phone", PHONE]]) {
+  inReport(`names and the axis of time stay in sight while the panels scroll, and nothing scrolls sideways: ${screen}`, options, async (page) => {
+    const pane = page.getByRole("region", { name: "Charts over time" });
+    const seen = () => page.evaluate(() => {
+      const ofPage = ({ left, right, top, bottom }) => left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
+      const isSeen = (one) => {
+        const box = one.getBoundingClientRect();
+        const on = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2);
+        return ofPage(box) && (on === one || one.contains(on) || on?.contains(one));
+      };
+      return [...document.querySelectorAll("#legend button, #time-axis span")].filter((one) => !isSeen(one)).map((one) => one.textContent);
+    });
+    const panes = () => pane.evaluate((pane) => [pane.scrollWidth - pane.clientWidth, pane.scrollHeight - pane.clientHeight]);
+    const [sideways, down] = await panes();
+    assert.equal(sideways, 0);
+    assert.ok(down > 200, "there is something to scroll");
+    const atTop = await seen();
+    assert.deepEqual(atTop, []);
+    await pane.evaluate((pane) => pane.scrollTo(0, 1e6));
+    await painted(page);
+    assert.deepEqual(await seen(), []);
+    // The axis' words stand at the plots' grid.
+    const off = await page.evaluate(() => {
+      const { layout, ...place } = document.querySelector(".panel:not([hidden]) .plot");
+      const plot = document.querySelector(".panel:not([hidden]) .plot").getBoundingClientRect();
+      const [first, last] = layout.xaxis.range;
+      const inside = plot.width - layout.margin.l - layout.margin.r;
+      return [...document.querySelectorAll("#time-axis span:not(.unit)")].map((word) => {
+        const box = word.getBoundingClientRect();
+        const wanted = plot.left + layout.margin.l + ((Number(word.textContent) - first) / (last - first)) * inside;
+        return Math.abs((box.left + box.right) / 2 - wanted);
+      });
+    });
+    assert.ok(off.length >= 3 && off.every((px) => px < 1), `${off}`);
+    assert.equal(await page.evaluate(() => document.scrollingElement.scrollWidth), options.viewport?.width ?? 1280);
+  });
+}
+
+inReport("the axis of time is that of the stretch shown", {}, async (page) => {
+  await drag(page, "speed", 0.2, 0.3);
+  await page.waitForFunction(() => document.querySelector(".panel:not([hidden]) .plot").layout.xaxis.range[0] > 10);
+  const words = await page.locator("#time-axis span:not(.unit)").allTextContents();
+  const [first, last] = await range(page);
+  assert.ok(words.length >= 3 && words.every((word) => Number(word) >= first && Number(word) <= last), `${words} within ${first} to ${last} s`);
 });
 
 inReport("a click on a plot goes to that time, and the cursor shows it", {}, async (page) => {
-  for (const [index, share] of [[0, 0.25], [5, 0.8]]) {
-    const box = await plot(page, index);
+  for (const [panel, share] of [["watched", 0.25], ["turn_rate", 0.8]]) {
+    const box = await plot(page, panel);
     await page.mouse.click(box.x + share * box.width, box.y + box.height / 2);
     await painted(page);
-    assert.ok(Math.abs((await clock(page)) - 100 * share) <= 100 / box.width, `${await clock(page)} s at ${share} of plot ${index}`);
+    assert.ok(Math.abs((await clock(page)) - 100 * share) <= 100 / box.width, `${await clock(page)} s at ${share} of ${panel}`);
     const cursor = await page.locator("#cursor").boundingBox();
     assert.ok(Math.abs(cursor.x + cursor.width / 2 - (box.x + share * box.width)) <= 2, "the cursor is under the pointer");
   }
 });
 
-inReport("over a plot the values at that time are told", {}, async (page) => {
+/** What the box beside the pointer tells: its head and by name the words of the values, from the top. */
+async function told(page, panel, share, height = 0.5) {
+  const box = await plot(page, panel);
+  await page.mouse.move(box.x + share * box.width - 5, box.y + height * box.height);
+  await page.mouse.move(box.x + share * box.width, box.y + height * box.height);
+  return page.locator("#hover").evaluate((hover) => ({
+    head: [...hover.childNodes].slice(0, 2).map((node) => node.textContent).join(""),
+    rows: [...hover.querySelectorAll("div")].map((row) => [row.childNodes[1].textContent, row.lastChild.textContent]),
+    nearest: [...hover.querySelectorAll(".nearest")].map((row) => row.childNodes[1].textContent),
+    hidden: hover.hidden,
+    box: (({ left, right, top, bottom }) => ({ left, right, top, bottom }))(hover.getBoundingClientRect()),
+    pane: (({ left, right, top, bottom }) => ({ left, right, top, bottom }))(document.getElementById("panel-charts").getBoundingClientRect()),
+  }));
+}
+
+const number = (words) => Number(words.replace("\u2212", "-").split("\u00a0")[0].split("\u00b0")[0]);
+
+inReport("over a plot the values at that time are told, of that panel alone, from high to low", {}, async (page) => {
   const record = recordOf("figure-9");
-  const box = await plot(page, 4);
-  await page.mouse.move(box.x + 0.4 * box.width, box.y + box.height / 2);
-  await page.mouse.move(box.x + 0.4 * box.width + 1, box.y + box.height / 2);
-  await page.waitForSelector("#charts .hoverlayer .hovertext");
-  const told = await page.locator("#charts .hoverlayer .hovertext").allTextContents();
-  const near = record.times_s.map((time_s, k) => k).filter((k) => Math.abs(record.times_s[k] - 40) <= 1);
-  for (const id of record.ids("uavs")) {
-    const words = told.find((text) => text.includes(`UAV ${id}: `));
-    const value = Number(words?.match(/: ([\d.]+)/)[1]);
-    const { speed_m_s } = record.tables.uavs[id];
-    assert.ok(near.some((k) => Math.abs(speed_m_s[k] - value) <= 0.0051), `${words} of UAV ${id}`);
+  const { head, rows, nearest } = await told(page, "speed", 0.4, 0.02);
+  const k = record.times_s.indexOf(Number(head.split(" s")[0]));
+  assert.match(head, / s Speed$/);
+  assert.ok(Math.abs(record.times_s[k] - 40) <= 0.5, `${head}`);
+  assert.deepEqual(rows.map(([name]) => name).sort(), ["UAV 0", "UAV 1", "UAV 2", "UAV 3"]);
+  for (const [name, words] of rows) {
+    assert.match(words, /\u00a0m\/s$/);
+    assert.ok(Math.abs(number(words) - record.tables.uavs[name.slice(4)].speed_m_s[k]) <= 0.0051, `${words} of ${name}`);
   }
+  const values = rows.map(([, words]) => number(words));
+  assert.deepEqual(values, [...values].sort((a, b) => b - a));
+  assert.deepEqual(nearest, [rows[0][0]], "near the top the highest one stands out");
+  assert.deepEqual((await told(page, "speed", 0.4, 0.98)).nearest, [rows.at(-1)[0]]);
+  const error = await told(page, "position_error", 0.5);
+  assert.deepEqual(error.rows.map(([name]) => name).sort(), ["all tracks", "group 0", "group 1"]);
+});
+
+inReport("the box is never cut off, and goes with the pointer", {}, async (page) => {
+  for (const [panel, share, height] of [["watched", 0.01, 0.05], ["watched", 0.99, 0.95], ["scan_sd", 0.99, 0.95], ["standoff_distance", 0.5, 0.5]]) {
+    const { box, pane, rows, hidden } = await told(page, panel, share, height);
+    assert.ok(!hidden && rows.length > 0, panel);
+    assert.ok(box.left >= pane.left && box.right <= pane.right && box.top >= pane.top && box.bottom <= pane.bottom, JSON.stringify([panel, box, pane]));
+  }
+  const cut = await page.locator("#hover").evaluate((hover) => hover.scrollWidth > hover.clientWidth || hover.scrollHeight > hover.clientHeight);
+  assert.ok(!cut);
+  await page.mouse.move(300, 300);
+  assert.ok(await page.locator("#hover").isHidden());
+  assert.equal(await page.locator(".modebar, .hoverlayer .hovertext").count(), 0, "nothing of plotly's covers the curves");
+});
+
+inReport("what is not there at that time is left out", { flight: "slips" }, async (page) => {
+  const record = recordOf("slips");
+  const wanted = curvesOf(record).filter(({ panel }) => panel === "position_error");
+  for (const share of [0.1, 0.5, 0.9]) {
+    const { head, rows } = await told(page, "position_error", share);
+    const k = record.times_s.indexOf(Number(head.split(" s")[0]));
+    assert.equal(rows.length, wanted.filter(({ values }) => values[k] !== null).length, head);
+  }
+});
+
+inReport("the panels say what they are, and can be put away", {}, async (page) => {
+  const heading = (name) => page.getByRole("heading", { level: 3, name });
+  for (const [name, words] of [[/^Line of sight/, "boresight"], [/^True standoff error, outside \(\+\), inside \(\u2212\) \(m\)/, "r_d".slice(0, 1)], [/^Vehicles watched/, "field of view"]]) {
+    assert.ok((await heading(name).getAttribute("title")).includes(words));
+  }
+  await page.getByRole("button", { name: "Panels" }).focus();
+  await page.keyboard.press("Enter");
+  const list = page.getByRole("group", { name: "Panels" });
+  assert.equal(await list.getByRole("checkbox").count(), PANELS.length);
+  assert.ok((await list.textContent()).includes("largest angle between a UAV's boresight"), "what it is stands there, too");
+  const box = await list.boundingBox();
+  assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= 1280 && box.y + box.height <= 720, JSON.stringify(box));
+  await list.getByRole("checkbox", { name: "Line of sight" }).uncheck();
+  await page.keyboard.press("Escape");
+  await page.waitForFunction(() => document.querySelector("[data-panel=line_of_sight]").hidden);
+  assert.equal(await heading(/^Line of sight/).count(), 0);
+  assert.equal(await heading(/^Speed/).count(), 1);
 });
 
 inReport("the table saved equals the record, every instant", { flight: "long" }, async (page) => {
   const record = recordOf("long");
   await goTo(page, 50);
+  await page.getByRole("toolbar", { name: "Curves" }).getByRole("button", { name: "UAV 0" }).click();
   const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save CSV" }).click()]);
   assert.equal(download.suggestedFilename(), "paper-table-2-pair-1.csv");
   const [heads, ...rows] = readFileSync(await download.path(), "utf8").trimEnd().split("\n").map((line) => line.split(","));
@@ -162,19 +329,48 @@ inReport("the table saved equals the record, every instant", { flight: "long" },
   assert.deepEqual(column("time_s"), record.times_s);
   const wanted = curvesOf(record);
   assert.equal(heads.length, 1 + wanted.length);
-  for (const { table, id, column: name } of wanted) {
-    const head = `${table === "uavs" ? "uav" : "group"}_${id}_${name}`;
+  assert.equal(new Set(heads).size, heads.length, "every column has a name of its own");
+  for (const { of, id, column: name } of wanted) {
+    const head = { uavs: `uav_${id}_${name}`, groups: `group_${id}_${name}`, run: `run_${name}` }[of];
     assert.ok(heads.includes(head), head);
-    same(column(head), record.tables[table][id][name], head, 1e-6);
+    same(column(head), record.tables[of][id][name], head, 1e-6);
   }
 });
 
-inReport("the charts can be saved as a PNG", {}, async (page) => {
-  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save PNG" }).click()]);
-  assert.equal(download.suggestedFilename(), "paper-figure-9-1.png");
-  const bytes = readFileSync(await download.path());
-  assert.equal(bytes.subarray(0, 8).toString("latin1"), "\x89PNG\r\n\x1a\n");
-  assert.equal(bytes.readUInt32BE(16), 2000, "px wide");
-  assert.ok(bytes.readUInt32BE(20) > 2000, "px high");
+inReport("the charts can be saved as a PNG, with their names", {}, async (page) => {
+  const saved = async () => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save PNG" }).click()]);
+    assert.equal(download.suggestedFilename(), "paper-figure-9-1.png");
+    const bytes = readFileSync(await download.path());
+    assert.equal(bytes.subarray(0, 8).toString("latin1"), "\x89PNG\r\n\x1a\n");
+    return { wide: bytes.readUInt32BE(16), high: bytes.readUInt32BE(20), bytes };
+  };
+  const { wide, high, bytes } = await saved();
+  assert.equal(wide, 2000, "px wide");
+  assert.ok(high > 2000, "px high");
   assert.ok(bytes.length > 50_000, `${bytes.length} bytes`);
+  // The names stand above the first panel: their colours are in the picture there.
+  const inks = await page.evaluate(async (base64) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${base64}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, 120];
+    const pen = canvas.getContext("2d");
+    pen.drawImage(image, 0, 0);
+    const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);
+    const found = new Set();
+    for (let k = 0; k < data.length; k += 4) found.add(`#${[0, 1, 2].map((i) => data[k + i].toString(16).padStart(2, "0")).join("")}`);
+    const hex = (rgb) => `#${rgb.match(/\d+/g).map((value) => Number(value).toString(16).padStart(2, "0")).join("")}`;
+    return [...document.querySelectorAll("#legend .stroke")].map((mark) => [hex(getComputedStyle(mark).borderTopColor), found.has(hex(getComputedStyle(mark).borderTopColor))]);
+  }, bytes.toString("base64"));
+  assert.equal(inks.length, 6);
+  assert.deepEqual(inks.filter(([, there]) => !there), []);
+  for (const name of ["Line of sight", "Speed", "Turn rate"]) {
+    await page.getByRole("button", { name: "Panels" }).click();
+    await page.getByRole("checkbox", { name }).uncheck();
+    await page.keyboard.press("Escape");
+  }
+  await page.waitForFunction(() => document.querySelectorAll(".panel[hidden]").length === 4);
+  assert.ok((await saved()).high < high - 600, "panels put away are not in it");
 });

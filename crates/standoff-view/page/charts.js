@@ -1,27 +1,16 @@
-// Charts over time, linked to the time shown. They are drawn by plotly.js.
+// Charts over time, linked to the time shown. They are drawn by plotly.js, a plot for each panel.
 
 /** Most points of a curve; of more, the least and the most of each stretch are shown. */
 const POINTS = 1500;
-/** Room at the left and the right of the plots, px. */
-const LEFT = 58;
-const RIGHT = 12;
-const PANEL_HEIGHT = 128;
-
-/** What one panel shows: title, unit, factor, curves. A curve is of UAVs or of groups, with the column it shows. */
-const PANELS = [
-  { title: "Line of sight (\u00b0)", factor: DEGREES, of: "uavs", column: "line_of_sight_rad",
-    levels: (limits) => [limits.field_of_view_rad / 2] },
-  { title: "Standoff distance (m)", factor: 1, of: "groups", column: "standoff_distance_m", also: "centre_distance_m",
-    levels: (limits) => [limits.radius_min_m, limits.radius_max_m] },
-  { title: "Standoff error (m)", factor: 1, of: "uavs", column: "standoff_error_m", levels: () => [0] },
-  { title: "Phase separation (\u00b0)", factor: DEGREES, of: "groups", column: "phase_rad", wanted: "phase_wanted_rad" },
-  { title: "Speed (m/s)", factor: 1, of: "uavs", column: "speed_m_s",
-    levels: (limits) => [limits.speed_min_m_s, limits.speed_max_m_s] },
-  { title: "Turn rate (\u00b0/s)", factor: DEGREES, of: "uavs", column: "turn_rate_rad_s",
-    levels: (limits) => [-limits.turn_rate_max_rad_s, limits.turn_rate_max_rad_s] },
-  { title: "Position error, bound (m)", factor: 1, of: "groups", column: "position_error_m", wanted: "position_bound_m" },
-  { title: "One scan tells to (m)", factor: 1, of: "groups", column: "scan_sd_m" },
-];
+/** A plot, and the room about it, px. */
+const PLOT_HEIGHT = 112;
+const PLOT_LEFT = 52;
+const PLOT_RIGHT = 12;
+const PLOT_TOP = 5;
+const PLOT_BOTTOM = 7;
+/** A pointer that moved less far was not dragged, px. */
+const CLICK_PX = 4;
+const CHART_CONFIG = { staticPlot: true };
 
 class Charts {
   constructor(page) {
@@ -29,173 +18,370 @@ class Charts {
     this.clock = page.clock;
     this.place = element("charts");
     this.cursor = element("cursor");
-    this.drawn = false;
+    this.panels = [TARGET_PANEL, ...PANELS].map((spec) => new Panel(spec));
+    element("panels").append(...this.panels.map((panel) => panel.section));
+    /** Panels that the reader does not want. */
+    this.unwanted = new Set();
+    /** Curves that are shown; of none, all. */
+    this.only = { uavs: new Set(), groups: new Set() };
+    /** The stretch of time shown; `null` for the whole run. */
     this.range_s = null;
-    element("png").addEventListener("click", () => this.savePng());
-    element("csv").addEventListener("click", () => this.saveCsv());
-    this.place.addEventListener("click", (click) => this.clicked(click));
+    /** Curves of what is looked at: `null`, or ids by kind. */
+    this.front = null;
+    /** The target that is looked at. */
+    this.target = null;
+    this.width = 0;
+    this.round = 0;
+    this.legend = new Legend(this);
+    this.hover = new Hover(this);
+    this.drag();
+    this.menu();
+    element("png").addEventListener("click", () => savePng(this));
+    element("csv").addEventListener("click", () => saveCsv(this));
+    element("whole").addEventListener("click", () => this.zoom(null));
+    for (const run of page.runs) run.choice.on(() => objectWord(page.choice.object) !== this.object && this.renew());
+    new ResizeObserver(() => this.place.clientWidth !== this.width && this.draw()).observe(this.place);
   }
 
   get film() {
     return this.page.film;
   }
 
-  /** The curves: name, what it belongs to, panel, dash, values. */
-  *curves() {
-    const { film } = this;
-    for (const [index, panel] of PANELS.entries()) {
-      for (const id of film.ids[panel.of]) {
-        const name = panel.of === "uavs" ? `UAV ${id}` : `group ${id}`;
-        const colour = panel.of === "uavs" ? uavColour(film, id) : groupColour(film, id);
-        const curve = (column, dash) => ({
-          name, colour, dash, index, column, table: panel.of, id, factor: panel.factor,
-          values: film.series(panel.of, column, id),
-        });
-        yield curve(panel.column, "solid");
-        if (panel.wanted) yield curve(panel.wanted, "dash");
-      }
-      if (panel.also) {
-        for (const id of film.ids.uavs) {
-          yield {
-            name: `UAV ${id}`, colour: uavColour(film, id), dash: "dot", index, column: panel.also, table: "uavs", id,
-            factor: panel.factor, values: film.series("uavs", panel.also, id),
-          };
-        }
+  /** The panels that are on. */
+  get shown() {
+    return this.panels.filter(({ spec }) => (spec === TARGET_PANEL ? this.target : !this.unwanted.has(spec.key)));
+  }
+
+  get shown_s() {
+    const { times_s, end_s } = this.film;
+    return this.range_s ?? [times_s[0] ?? 0, Math.max(end_s, (times_s[0] ?? 0) + 1)];
+  }
+
+  /** The curves of a panel: what it is of, name, look, values. */
+  *curvesOf(spec) {
+    const { film, target } = this;
+    if (spec === TARGET_PANEL) {
+      const { times_s, error_m, id } = target;
+      yield { of: "targets", id, name: "", note: "error", column: "position_error_m", colour: palette().ink, dash: "solid", factor: 1, times_s, values: error_m };
+      return;
+    }
+    for (const { of, column, note, dash, ink } of spec.curves) {
+      for (const id of of === "run" ? [0] : film.ids[of]) {
+        const values = film.series(of, column, id);
+        if (values.every(Number.isNaN)) continue;
+        const colour = ink ? palette()[ink] : curveColour(film, of, id);
+        yield { of, id, name: curveName(of, id), note, column, colour, dash, factor: spec.factor, times_s: film.times_s, values };
       }
     }
   }
 
-  traces() {
-    const named = new Set();
+  isShown({ of, id }) {
+    return !this.only[of]?.size || this.only[of].has(id);
+  }
+
+  /** What is drawn of a panel's curves; those that stand in front come last. */
+  traces(panel) {
+    const { front } = this;
+    const isFront = ({ of, id }) => front?.[of]?.has(id) ?? false;
+    const some = panel.curves.some(isFront);
+    const many = panel.curves.length > 6;
     const traces = [];
-    for (const curve of this.curves()) {
-      if (curve.values.every(Number.isNaN)) continue;
-      const { x, y } = thinned(this.film.times_s, curve.values, curve.factor, this.range_s);
-      const panel = PANELS[curve.index];
-      traces.push({
-        x, y, name: curve.name, legendgroup: curve.name, showlegend: !named.has(curve.name), type: "scatter", mode: "lines",
-        line: { color: curve.colour, width: 1.3, dash: curve.dash },
-        xaxis: "x", yaxis: axis(curve.index), connectgaps: false,
-        hovertemplate: `${curve.name}: %{y:.4~g}<extra>${panel.title}${curve.dash === "dash" ? ", wanted or bound" : ""}</extra>`,
-      });
-      named.add(curve.name);
+    const last = new Map();
+    for (const curve of panel.curves) {
+      const points = thinned(curve.times_s, curve.values, curve.factor, this.range_s);
+      if (!points.x.length) continue;
+      const ahead = some && isFront(curve);
+      const width = ahead ? 2.6 : some ? 1 : many ? 1.1 : 1.5;
+      const opacity = some && !ahead && curve.of !== "run" ? 0.3 : 1;
+      const style = [curve.of, curve.colour, curve.dash, ahead].join();
+      const before = last.get(style);
+      if (before && before.x.at(-1) < points.x[0]) {
+        // Groups end and others begin: those of one colour are one line with gaps.
+        before.x.push(points.x[0], ...points.x);
+        before.y.push(null, ...points.y);
+        before.meta.push({ of: curve.of, id: curve.id, column: curve.column });
+        continue;
+      }
+      const trace = {
+        ...points, name: curve.name || curve.note, meta: [{ of: curve.of, id: curve.id, column: curve.column }],
+        type: "scatter", mode: "lines", opacity, connectgaps: false, line: { color: curve.colour, width, dash: curve.dash }, ahead,
+      };
+      last.set(style, trace);
+      traces.push(trace);
     }
+    traces.sort((a, b) => a.ahead - b.ahead);
+    for (const trace of traces) delete trace.ahead;
     return traces;
   }
 
-  layout() {
-    const colours = palette();
-    const panels = PANELS.length;
-    const names = this.film.ids.uavs.length + this.film.ids.groups.length;
-    // The legend stands above the plots and the first title, in as many rows as it needs.
-    const top = 40 + 19 * Math.ceil((names * 88) / Math.max(this.place.clientWidth - LEFT - RIGHT, 88));
-    const layout = {
-      height: PANEL_HEIGHT * panels + top + 34,
-      margin: { l: LEFT, r: RIGHT, t: top, b: 34 },
-      ...plotLook(),
-      hovermode: "x",
-      hoverlabel: { namelength: -1 },
-      legend: { orientation: "h", y: 1 + 16 / (PANEL_HEIGHT * panels), yanchor: "bottom", entrywidth: 60, itemclick: "toggleothers", itemdoubleclick: "toggle" },
-      xaxis: { title: { text: "Time (s)" }, gridcolor: colours.grid, anchor: axis(panels - 1), zeroline: false,
-        range: this.range_s ?? [this.film.times_s[0] ?? 0, Math.max(this.film.end_s, 1)] },
-      shapes: [],
-      annotations: [],
-      uirevision: "same",
-    };
-    PANELS.forEach((panel, index) => {
-      const top = 1 - index / panels;
-      layout[`yaxis${index ? index + 1 : ""}`] = {
-        domain: [top - 0.8 / panels, top - 0.02 / panels], gridcolor: colours.grid, zeroline: false, nticks: 5,
-        rangemode: index === 0 ? "tozero" : "normal",
-      };
-      layout.annotations.push({
-        text: panel.title, xref: "paper", yref: "paper", x: 0, y: top - 0.01 / panels, xanchor: "left", yanchor: "bottom",
-        showarrow: false, font: { size: 11, color: colours.faint },
-      });
-      for (const level of panel.levels?.(this.film.head.limits) ?? []) {
-        layout.shapes.push({
-          type: "line", xref: "paper", x0: 0, x1: 1, yref: axis(index), y0: level * panel.factor, y1: level * panel.factor,
-          line: { color: colours.alarm, width: 1, dash: "dash" },
-        });
-      }
-    });
-    return layout;
+  /** Lines from side to side, and what is shaded. */
+  shapes(spec) {
+    const { alarm, none } = palette();
+    const levels = spec.levels?.(this.film.head.limits) ?? [];
+    const shapes = levels.map((level) => ({
+      type: "line", xref: "paper", x0: 0, x1: 1, y0: level * spec.factor, y1: level * spec.factor, line: { color: alarm, width: 1, dash: "dash" },
+    }));
+    if (spec !== TARGET_PANEL) return shapes;
+    // Closer together than half a pixel they could not be told apart.
+    const gap_s = (this.shown_s[1] - this.shown_s[0]) / (2 * this.width);
+    const bands = (concern, fillcolor) => this.target.stretches(concern, gap_s).map(([x0, x1]) => (
+      { type: "rect", x0, x1, yref: "paper", y0: 0, y1: 1, fillcolor, line: { width: 0 }, layer: "below" }));
+    return [...bands("coasting", faded(none, 0.35)), ...bands("out of view", faded(alarm, 0.35)), ...shapes];
   }
 
-  /** Draws everything anew: for the first time, or because there is more, or another theme. */
+  layout({ spec, traces }) {
+    const { grid } = palette();
+    const levels = spec.levels?.(this.film.head.limits).map((level) => level * spec.factor) ?? [];
+    const most = traces.flatMap(({ y }) => y).reduce((a, b) => Math.max(a, b), Math.max(0, ...levels));
+    const scale = spec.fromZero ? { range: [0, 1.06 * most || 1] } : {};
+    return {
+      width: this.width, height: PLOT_HEIGHT, margin: { l: PLOT_LEFT, r: PLOT_RIGHT, t: PLOT_TOP, b: PLOT_BOTTOM }, ...plotLook(),
+      showlegend: false, hovermode: false, dragmode: false, shapes: this.shapes(spec),
+      xaxis: { range: this.shown_s, gridcolor: grid, zeroline: false, showticklabels: false, tickvals: this.ticks() },
+      yaxis: { gridcolor: grid, zeroline: false, nticks: 5, ...scale },
+    };
+  }
+
+  /** Round times at which the grid and the axis have lines. */
+  ticks() {
+    const [first, last] = this.shown_s;
+    const rough = (last - first) / Math.max(2, Math.floor((this.width - PLOT_LEFT - PLOT_RIGHT) / 70));
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= rough);
+    const ticks = [];
+    for (let k = Math.ceil(first / step - 1e-9); k * step <= last + 1e-9 * step; k++) ticks.push(Number((k * step).toPrecision(12)));
+    return ticks;
+  }
+
+  /** Draws everything anew: for the first time, or because there is more, another run, another choice, another theme. */
   async draw() {
     if (!window.Plotly || !this.place.clientWidth) return;
-    await window.Plotly.react(this.place, this.traces(), this.layout(), PLOT_CONFIG);
-    if (!this.drawn) {
-      this.drawn = true;
-      this.place.on("plotly_relayout", (change) => this.zoomed(change));
+    const round = ++this.round;
+    this.width = this.place.clientWidth;
+    this.chosen();
+    this.legend.show();
+    this.axis();
+    element("whole").hidden = !this.range_s;
+    const { shown } = this;
+    for (const panel of this.panels) panel.section.hidden = !shown.includes(panel);
+    const window_px = this.place.parentElement.getBoundingClientRect();
+    const isInSight = (panel) => {
+      const box = panel.section.getBoundingClientRect();
+      return box.bottom > window_px.top && box.top < window_px.bottom;
+    };
+    const inSight = shown.filter(isInSight);
+    for (const panel of [...inSight, ...shown.filter((panel) => !inSight.includes(panel))]) {
+      // What cannot be seen yet keeps nobody waiting.
+      if (!inSight.includes(panel)) await new Promise((resolve) => setTimeout(resolve));
+      if (round !== this.round) return;
+      this.fill(panel);
+      await window.Plotly.react(panel.plot, panel.traces, this.layout(panel), CHART_CONFIG);
     }
     this.follow();
   }
 
-  /** In the theme that is on now, if there is anything. */
-  renew() {
-    if (this.drawn) this.draw();
+  /** Looks up the curves of a panel. */
+  fill(panel) {
+    const { spec } = panel;
+    const { ink, alarm, none } = palette();
+    panel.curves = [...this.curvesOf(spec)].filter((curve) => this.isShown(curve));
+    panel.traces = this.traces(panel);
+    const isDrawn = ({ column, note }) => note && panel.curves.some((curve) => curve.column === column);
+    const notes = spec.curves.filter(isDrawn).map(({ dash, note, ink: own }) => [own ? palette()[own] : ink, dash, note]);
+    if (spec.level) notes.push([alarm, "dash", spec.level]);
+    panel.name = spec.title;
+    if (spec === TARGET_PANEL) {
+      const { share, id } = this.target;
+      panel.name = `Target ${short(this.film.head.targets[id] ?? String(id))}`;
+      notes.push([alarm, "solid", "out of view"], [none, "solid", "coasting"]);
+      if (share < 1) notes.push([none, "dot", `reading, ${Math.floor(100 * share)} %`]);
+    }
+    panel.head(panel.name, notes);
   }
 
-  /** Of another stretch of time, other points are shown. */
-  zoomed(change) {
-    // A drag changes the ends one by one, a double click both at once.
-    const range_s = (change["xaxis.range"] ?? [change["xaxis.range[0]"], change["xaxis.range[1]"]]).map(Number);
-    const known = range_s.every(Number.isFinite);
-    if (!known && !change["xaxis.autorange"]) return;
-    const isPart = known && (range_s[0] > this.film.times_s[0] || range_s[1] < this.film.end_s);
-    this.range_s = isPart ? range_s : null;
+  /** Takes in what is looked at. */
+  chosen() {
+    const { film } = this;
+    const { object } = this.page.choice;
+    if (this.filmDrawn !== film) {
+      this.filmDrawn = film;
+      this.only.uavs.clear();
+      this.only.groups.clear();
+    }
+    this.object = objectWord(object);
+    const id = object?.kind === "target" ? object.id : null;
+    if (this.target && (this.target.id !== id || this.target.film !== film)) {
+      this.target.drop();
+      this.target = null;
+    }
+    if (id !== null) {
+      this.target ??= new TargetSeries(film, id);
+      if (this.target.share < 1) this.target.load(() => this.draw());
+    }
+    this.front = this.frontOf(object);
+  }
+
+  /** The curves of an object: its own, and those of the groups or UAVs that it ever had to do with. */
+  frontOf(object) {
+    if (!object) return null;
+    const { film } = this;
+    const served = (uav) => new Set(film.series("uavs", "group", uav).filter((group) => !Number.isNaN(group)));
+    const sets = {
+      uav: () => ({ uavs: new Set([object.id]), groups: served(object.id) }),
+      group: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => served(uav).has(object.id))), groups: new Set([object.id]) }),
+      target: () => ({ uavs: new Set(), groups: this.target.groups }),
+    }[object.kind]();
+    return { ...sets, key: `${objectWord(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };
+  }
+
+  /** If there is anything, draws it anew. */
+  renew() {
+    if (this.round) this.draw();
+  }
+
+  /** Shows a stretch of time, or with `null` the whole run. */
+  zoom(range_s) {
+    const [first, last] = [this.film.times_s[0], this.film.end_s];
+    this.range_s = range_s && (range_s[0] > first || range_s[1] < last) ? range_s : null;
+    this.hover.hide();
     this.draw();
   }
 
-  get shown_s() {
-    return this.place.layout?.xaxis?.range?.map(Number) ?? [0, 1];
+  /** How far to the right a time is, px. */
+  pxOf(time_s) {
+    const [first, last] = this.shown_s;
+    return PLOT_LEFT + ((time_s - first) / (last - first)) * (this.width - PLOT_LEFT - PLOT_RIGHT);
+  }
+
+  /** The time under the pointer; `null` beside the plots. */
+  timeAt(clientX, isClamped = false) {
+    const [first, last] = this.shown_s;
+    const share = (clientX - this.place.getBoundingClientRect().left - PLOT_LEFT) / (this.width - PLOT_LEFT - PLOT_RIGHT);
+    if (!isClamped && !(share >= 0 && share <= 1)) return null;
+    return first + Math.min(Math.max(share, 0), 1) * (last - first);
   }
 
   /** Moves the line of the time shown. */
   follow() {
-    if (!this.drawn) return;
+    if (!this.round) return;
+    const { time_s } = this.clock;
     const [first, last] = this.shown_s;
-    const share = (this.clock.time_s - first) / (last - first);
-    this.cursor.hidden = !(share >= 0 && share <= 1);
-    this.cursor.style.left = `${LEFT + share * (this.place.clientWidth - LEFT - RIGHT)}px`;
+    this.cursor.hidden = !(time_s >= first && time_s <= last);
+    this.cursor.style.transform = `translateX(${this.pxOf(time_s)}px)`;
+    const now_ms = performance.now();
+    if (this.film.ids.groups.length > MOST_GROUPS && now_ms - (this.named_ms ?? 0) > 500) {
+      this.named_ms = now_ms;
+      this.legend.show();
+    }
   }
 
-  /** A click on a plot shows that time. */
-  clicked(click) {
-    if (!this.drawn || !click.target.closest(".nsewdrag, .plotly .draglayer")) return;
-    const box = this.place.getBoundingClientRect();
-    const share = (click.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT);
-    const [first, last] = this.shown_s;
-    if (share >= 0 && share <= 1) this.clock.seek(first + share * (last - first));
+  /** The axis of time, which stays in sight. */
+  axis() {
+    const words = this.ticks().map((time_s) => {
+      const word = document.createElement("span");
+      word.append(String(time_s));
+      word.style.left = `${this.pxOf(time_s)}px`;
+      return word;
+    });
+    const unit = document.createElement("span");
+    unit.className = "unit";
+    unit.append("s");
+    element("time-axis").replaceChildren(...words, unit);
   }
 
-  savePng() {
-    const { scenario, seed } = this.film.head;
-    const filename = fileName(`${scenario}-${seed}`);
-    window.Plotly?.downloadImage(this.place, { format: "png", filename, scale: 2, width: 1000, height: this.layout().height });
+  /** A click shows that time, a stretch dragged over is enlarged, a double click shows the whole run again. */
+  drag() {
+    const place = element("panels");
+    const span = element("span");
+    let from = null;
+    let dragged = false;
+    let before_s = 0;
+    const end = () => {
+      from = null;
+      span.hidden = true;
+    };
+    place.addEventListener("pointerdown", (pointer) => {
+      if (pointer.button !== 0 || !pointer.target.closest(".plot")) return;
+      dragged = false;
+      from = { clientX: pointer.clientX, pointerId: pointer.pointerId };
+    });
+    place.addEventListener("pointermove", (pointer) => {
+      if (from && Math.abs(pointer.clientX - from.clientX) >= CLICK_PX && !dragged) {
+        dragged = true;
+        place.setPointerCapture(from.pointerId);
+      }
+      if (from && dragged) {
+        this.hover.hide();
+        const [a, b] = [from.clientX, pointer.clientX].map((x) => this.pxOf(this.timeAt(x, true))).sort((a, b) => a - b);
+        span.hidden = false;
+        span.style.left = `${a}px`;
+        span.style.width = `${b - a}px`;
+      } else {
+        const section = pointer.target.closest(".plot")?.parentElement;
+        this.hover.show(this.panels.find((panel) => panel.section === section), pointer.clientX, pointer.clientY);
+      }
+    });
+    place.addEventListener("pointerup", (pointer) => {
+      if (from && dragged) {
+        const range_s = [from.clientX, pointer.clientX].map((x) => this.timeAt(x, true)).sort((a, b) => a - b);
+        if (range_s[1] > range_s[0]) this.zoom(range_s);
+      }
+      end();
+    });
+    place.addEventListener("pointercancel", end);
+    place.addEventListener("pointerleave", () => this.hover.hide());
+    element("charts").parentElement.addEventListener("scroll", () => this.hover.hide());
+    place.addEventListener("click", (click) => {
+      const time_s = this.timeAt(click.clientX);
+      if (dragged || time_s === null || !click.target.closest(".plot")) return;
+      if (click.detail < 2) {
+        before_s = this.clock.time_s;
+        this.clock.seek(time_s);
+      }
+    });
+    place.addEventListener("dblclick", () => {
+      if (!this.range_s || dragged) return;
+      // Its first click went to a time.
+      this.clock.seek(before_s);
+      this.zoom(null);
+    });
   }
 
-  /** Every curve at every instant, SI units. */
-  saveCsv() {
-    const { film } = this;
-    const curves = [...this.curves()];
-    const heads = ["time_s", ...curves.map((curve) => `${curve.table === "uavs" ? "uav" : "group"}_${curve.id}_${curve.column}`)];
-    const number = (value) => (Number.isNaN(value) ? "" : String(Number(value.toPrecision(7))));
-    const lines = film.times_s.map((time_s, k) => [time_s, ...curves.map((curve) => number(curve.values[k]))].join(","));
-    save(`${fileName(`${film.head.scenario}-${film.head.seed}`)}.csv`, `${[heads.join(","), ...lines].join("\n")}\n`, "text/csv");
+  /** The list of panels: what each is, and whether it is wanted. */
+  menu() {
+    const rows = PANELS.map((spec) => {
+      const box = document.createElement("input");
+      box.type = "checkbox";
+      box.checked = true;
+      box.name = `panel-${spec.key}`;
+      box.addEventListener("change", () => {
+        if (box.checked) this.unwanted.delete(spec.key);
+        else this.unwanted.add(spec.key);
+        this.draw();
+      });
+      const label = document.createElement("label");
+      label.append(box, ` ${spec.title}`);
+      const about = document.createElement("p");
+      about.append(spec.about);
+      return [label, about];
+    });
+    const list = element("panel-list");
+    list.append(...rows.flat());
+    list.addEventListener("beforetoggle", () => {
+      const box = element("panel-choice").getBoundingClientRect();
+      list.style.top = `${box.bottom + 4}px`;
+      list.style.maxHeight = `${innerHeight - box.bottom - 16}px`;
+      list.style.right = "8px";
+    });
   }
-}
-
-function axis(index) {
-  return `y${index ? index + 1 : ""}`;
 }
 
 /** At most `POINTS` points of a curve within a range of time, the extremes of each stretch among them. */
 function thinned(times_s, values, factor, range_s) {
-  const from = range_s ? Math.max(0, lastNotAfter(times_s, range_s[0])) : 0;
-  const to = range_s ? Math.min(times_s.length, lastNotAfter(times_s, range_s[1]) + 2) : times_s.length;
+  let from = range_s ? Math.max(0, lastNotAfter(times_s, range_s[0])) : 0;
+  let to = range_s ? Math.min(times_s.length, lastNotAfter(times_s, range_s[1]) + 2) : times_s.length;
+  while (from < to && Number.isNaN(values[from])) from++;
+  while (to > from && Number.isNaN(values[to - 1])) to--;
   const stretch = to - from <= POINTS ? 1 : Math.ceil((2 * (to - from)) / POINTS);
   const x = [];
   const y = [];

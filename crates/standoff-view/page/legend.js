@@ -1,0 +1,101 @@
+// Names of the curves: buttons that show single ones.
+
+/** Most groups that have a button each; of more, those that there are at the time shown. */
+const MOST_GROUPS = 8;
+
+class Legend {
+  constructor(charts) {
+    this.charts = charts;
+    this.place = element("legend");
+    this.told = "";
+    this.place.addEventListener("click", (click) => this.pressed(click.target.closest("button")));
+    this.place.addEventListener("keydown", (key) => this.moved(key));
+  }
+
+  /** What has a button: UAVs, and groups. */
+  entries() {
+    const { film, clock } = this.charts;
+    const instant = film.instant(clock.time_s);
+    const { groups } = film.ids;
+    const isThere = (id) => this.charts.only.groups.has(id) || !Number.isNaN(film.value("groups", "x_m", id, instant));
+    const shown = groups.length > MOST_GROUPS ? groups.filter(isThere) : groups;
+    return {
+      names: [...film.ids.uavs.map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
+      left: groups.length - shown.length,
+    };
+  }
+
+  /** Shows the names that there are, and which are chosen. */
+  show() {
+    const { charts } = this;
+    const { names, left } = this.entries();
+    const told = JSON.stringify([names, left, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
+    if (told === this.told) return;
+    this.told = told;
+    const focused = document.activeElement?.closest("#legend") ? document.activeElement.id : null;
+    const buttons = names.map(({ of, id }) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.id = `curve-${of}-${id}`;
+      button.className = "chip";
+      button.dataset.of = of;
+      button.dataset.curve = id;
+      button.setAttribute("aria-pressed", String(charts.only[of].has(id)));
+      button.classList.toggle("back", !charts.isShown({ of, id }));
+      button.classList.toggle("front", charts.front?.[of].has(id) ?? false);
+      button.title = `show ${curveName(of, id)} alone, or with others that are chosen`;
+      button.append(stroke(curveColour(charts.film, of, id), "solid"), curveName(of, id));
+      return button;
+    });
+    if (charts.only.uavs.size || charts.only.groups.size) {
+      const all = document.createElement("button");
+      all.type = "button";
+      all.id = "curve-all";
+      all.className = "chip";
+      all.append("all curves");
+      buttons.push(all);
+    }
+    const rest = document.createElement("span");
+    rest.className = "hint";
+    rest.append(left ? `and ${left} groups of other times` : "");
+    this.place.replaceChildren(...buttons, rest);
+    // One stop of the tab key: arrows go from name to name.
+    const stop = buttons.find((button) => button.id === focused) ?? buttons[0];
+    for (const button of buttons) button.tabIndex = button === stop ? 0 : -1;
+    if (focused) stop?.focus();
+  }
+
+  pressed(button) {
+    if (!button) return;
+    const { only } = this.charts;
+    if (button.id === "curve-all") {
+      only.uavs.clear();
+      only.groups.clear();
+    } else {
+      const chosen = only[button.dataset.of];
+      const id = Number(button.dataset.curve);
+      if (!chosen.delete(id)) chosen.add(id);
+    }
+    this.charts.draw();
+  }
+
+  moved(key) {
+    const buttons = [...this.place.querySelectorAll("button")];
+    const at = buttons.indexOf(document.activeElement);
+    const to = { ArrowLeft: at - 1, ArrowUp: at - 1, ArrowRight: at + 1, ArrowDown: at + 1, Home: 0, End: buttons.length - 1 }[key.key];
+    if (to === undefined || at < 0) return;
+    key.preventDefault();
+    key.stopPropagation();
+    const next = buttons[(to + buttons.length) % buttons.length];
+    for (const button of buttons) button.tabIndex = button === next ? 0 : -1;
+    next.focus();
+  }
+}
+
+function curveName(of, id) {
+  return { uavs: `UAV ${id}`, groups: `group ${id}` }[of] ?? "";
+}
+
+function curveColour(film, of, id) {
+  return of === "uavs" ? uavColour(film, id) : groupColour(film, id);
+}

@@ -1,0 +1,73 @@
+// Charts as files: a picture of what is shown, and a table of all of it.
+
+/** The panels shown, one below the other, with the names of the curves. */
+function chartsFigure(charts, width) {
+  const { ink, faint, grid } = palette();
+  const { head } = charts.film;
+  const { shown } = charts;
+  const count = shown.length;
+  const named = new Set();
+  const data = shown.flatMap((panel, index) => panel.traces.map((trace) => {
+    const ids = trace.meta.filter(({ of }) => of === "groups").map(({ id }) => id);
+    const name = ids.length > 1 ? `groups ${ids.slice(0, 3).join(", ")}${ids.length > 3 ? ", \u2026" : ""}` : trace.name;
+    const showlegend = !named.has(name);
+    named.add(name);
+    return { ...trace, name, legendgroup: name, showlegend, opacity: trace.opacity, xaxis: "x", yaxis: axis(index) };
+  }));
+  const top = 54 + 19 * Math.ceil((named.size * 110) / (width - 80));
+  const layout = {
+    width, height: 128 * count + top + 40, margin: { l: 64, r: 16, t: top, b: 40 }, ...plotLook(),
+    title: { text: plain(`${head.scenario}, seed ${head.seed}`), x: 0.01, y: 1, yref: "container", yanchor: "top", pad: { t: 10 }, font: { size: 14, color: ink } },
+    legend: { orientation: "h", x: 0, y: 1 + 18 / (128 * count), yanchor: "bottom", entrywidth: 82 },
+    xaxis: { title: { text: "Time (s)" }, gridcolor: grid, anchor: axis(count - 1), zeroline: false, range: charts.shown_s },
+    shapes: [], annotations: [],
+  };
+  shown.forEach((panel, index) => {
+    const above = 1 - index / count;
+    const { yaxis } = panel.plot.layout;
+    layout[`yaxis${index ? index + 1 : ""}`] = { ...yaxis, domain: [above - 0.8 / count, above - 0.02 / count] };
+    layout.annotations.push({
+      text: plain(panel.heading.firstChild.textContent), xref: "paper", yref: "paper", x: 0, y: above - 0.01 / count, xanchor: "left",
+      yanchor: "bottom", showarrow: false, font: { size: 11, color: faint },
+    });
+    for (const shape of charts.shapes(panel.spec)) {
+      layout.shapes.push({ ...shape, yref: shape.yref === "paper" ? `${axis(index)} domain` : axis(index) });
+    }
+  });
+  return { data, layout };
+}
+
+function axis(index) {
+  return `y${index ? index + 1 : ""}`;
+}
+
+function filesName({ head }) {
+  return fileName(`${head.scenario}-${head.seed}`);
+}
+
+/** Saves the charts that are shown. */
+async function savePng(charts) {
+  if (!window.Plotly || !charts.shown.length) return;
+  const width = 1000;
+  const { data, layout } = chartsFigure(charts, width);
+  await window.Plotly.downloadImage({ data, layout }, { format: "png", filename: filesName(charts.film), scale: 2, width, height: layout.height });
+}
+
+/** Saves every curve at every instant, whatever is shown, in SI units. */
+function saveCsv(charts) {
+  const { film } = charts;
+  const one = { uavs: "uav_", groups: "group_", targets: "target_" };
+  const specs = charts.target ? [...PANELS, TARGET_PANEL] : PANELS;
+  const curves = specs.flatMap((spec) => [...charts.curvesOf(spec)]);
+  const heads = curves.map(({ of, id, column }) => (of === "run" ? `run_${column}` : `${one[of]}${id}_${column}`));
+  const number = (value) => (value === undefined || Number.isNaN(value) ? "" : String(Number(value.toPrecision(7))));
+  // A target has no value at instants that the page was not given.
+  const at = (curve) => {
+    if (curve.of !== "targets") return (k) => curve.values[k];
+    const values = new Map(curve.times_s.map((time_s, k) => [time_s, curve.values[k]]));
+    return (k) => values.get(film.times_s[k]);
+  };
+  const columns = curves.map(at);
+  const lines = film.times_s.map((time_s, k) => [time_s, ...columns.map((value) => number(value(k)))].join(","));
+  save(`${filesName(film)}.csv`, `${[["time_s", ...heads].join(","), ...lines].join("\n")}\n`, "text/csv");
+}
