@@ -75,8 +75,8 @@ test("a page opened late never shows targets of another time than the UAVs, and 
   const LATE_MS = 700;
   // However the test ends, the run does not go on.
   after(run.end);
-  for (const delayed of [false, false, false, false, true]) {
-    await new Promise((resolve) => setTimeout(resolve, 1200 * Math.random()));
+  const opened = async (delayed) => {
+    await new Promise((resolve) => setTimeout(resolve, 2000 * Math.random()));
     const prepare = async (page) => {
       await page.addInitScript(notePictures);
       if (!delayed) return;
@@ -107,7 +107,8 @@ test("a page opened late never shows targets of another time than the UAVs, and 
     assert.equal(await page.getAttribute("#map", "data-uavs-s"), "0.000");
     assert.deepEqual(complaints, []);
     await close();
-  }
+  };
+  await Promise.all([false, false, true].map(opened));
   assert.equal(await run.end(), 1);
 });
 
