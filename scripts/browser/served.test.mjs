@@ -21,6 +21,8 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
   const first = await shown_s(page);
   await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from + 5, first);
   assert.equal(await page.locator("#outcome td").count(), 0, "there is no outcome yet");
+  const [, flown_s] = (await page.textContent("#total")).match(/^\/ (\d+\.\d) of 100\.0 s$/);
+  assert.ok(Number(flown_s) >= first, "what is flown and planned is told");
 
   const before = await shown_s(page);
   await page.reload();
@@ -28,17 +30,18 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
   await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from, before);
 
   // What is in the list of events stays there, while more is added.
-  await page.evaluate(() => document.getElementById("routine").click());
+  await page.click("#tab-events");
+  await page.click("#routine");
   const listed = await page.evaluate(() => {
-    const { children } = document.getElementById("events");
-    children[0].dataset.read = "yes";
-    return children.length;
+    const rows = document.querySelectorAll("#events [role=option]");
+    rows[0].dataset.read = "yes";
+    return rows.length;
   });
 
   // Who looks back stays there while the run goes on.
   await page.keyboard.press(" ");
   await page.keyboard.press("Home");
-  await page.waitForFunction(() => document.getElementById("clock").textContent === "0.0 s");
+  await page.waitForFunction(() => document.getElementById("clock").textContent === "0.0");
   await page.waitForTimeout(600);
   assert.equal(await shown_s(page), 0);
   await page.click("#live");
@@ -46,9 +49,13 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
 
   await page.waitForSelector("#outcome td[data-metric=position_error_m]", { state: "attached" });
   await page.waitForSelector("#live", { state: "hidden" });
-  await page.waitForFunction(() => document.getElementById("clock").textContent === "100.0 s");
-  const events = await page.evaluate(() => [...document.getElementById("events").children].map((item) => item.dataset.read));
-  assert.ok(listed > 0 && events.length >= listed && events[0] === "yes", `${listed}, ${events.length}`);
+  await page.waitForFunction(() => document.getElementById("clock").textContent === "100.0");
+  assert.equal(await page.textContent("#total"), "/ 100.0 s");
+  const events = await page.evaluate(() => {
+    document.getElementById("events").scrollTop = 0;
+    return [...document.querySelectorAll("#events [role=option]")].map((item) => item.dataset.read);
+  });
+  assert.ok(listed > 0 && events.length >= listed && events.includes("yes"), `${listed}, ${events.length}`);
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await run.end(), 0);

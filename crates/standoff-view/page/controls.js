@@ -94,18 +94,19 @@ function connect(page) {
     },
     r: () => rule(!page.map.ruler),
     t: () => element("theme").click(),
+    c: () => page.link.copy(),
     l: () => page.film.done || clock.follow(),
     "/": () => element("find").focus(),
     Escape: () => page.choice.choose(null),
     "?": () => element("help").showModal(),
   };
   document.addEventListener("keydown", (key) => {
-    if (key.ctrlKey || key.metaKey || key.altKey || element("help").open) return;
-    // Lists, sliders and buttons keep the keys that work them.
+    if (key.ctrlKey || key.metaKey || key.altKey || document.querySelector("dialog[open]")) return;
+    // Fields, lists and sliders keep the keys that work them; enter presses buttons, and space plays.
     const at = key.target;
-    if (at.closest("select, [type=search]")) return;
+    if (at.closest(FIELDS)) return;
     if (at.closest("[type=range]") && /^(Arrow|Home|End|Page)/.test(key.key)) return;
-    if (at.closest("button, summary, [type=checkbox]") && [" ", "Enter"].includes(key.key)) return;
+    if (key.key === " " && at.closest("[type=checkbox], [type=radio]")) return;
     const wide = at.closest(".scrolled")?.scrollWidth > at.closest(".scrolled")?.clientWidth;
     if ((wide || at.closest("[role=tablist]")) && key.key.startsWith("Arrow")) return;
     const act = keys[key.key];
@@ -113,7 +114,29 @@ function connect(page) {
     key.preventDefault();
     act(key);
   });
+  // Some browsers press a button when space is let go of.
+  document.addEventListener("keyup", (key) => {
+    if (key.key === " " && key.target.closest("button, summary")) key.preventDefault();
+  });
   element("keys").addEventListener("click", () => element("help").showModal());
+  letGo();
+}
+
+/** What is written in, or chosen from. */
+const FIELDS = "select, textarea, input:not([type=range], [type=checkbox], [type=radio])";
+/** What lets go of the keys once it has been clicked. */
+const CLICKED = "button, summary, [role=listbox], [type=range], [type=checkbox], [type=radio]";
+
+/** After a click on a control the keys belong to the page again; who works it by keys stays there. */
+function letGo() {
+  let isPointed = false;
+  document.addEventListener("pointerdown", () => (isPointed = true), true);
+  document.addEventListener("keydown", () => (isPointed = false), true);
+  const release = (wanted) => () => {
+    if (isPointed && document.activeElement?.matches(wanted)) document.activeElement.blur();
+  };
+  document.addEventListener("click", release(CLICKED));
+  document.addEventListener("change", release(`select, ${CLICKED}`));
 }
 
 /** A switch for each layer. */

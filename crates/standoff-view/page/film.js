@@ -97,6 +97,8 @@ class Film {
 
   /** Takes in the overview of a part: of the next one, or more of the last one. */
   put(index, half) {
+    // Events only ever come in: those that are known stay the same objects.
+    const known = this.events.filter((event) => event.part === index);
     if (index < this.parts.length) {
       this.parts.length = index;
       this.times_s.length = this.starts[index];
@@ -106,7 +108,9 @@ class Film {
     this.starts.push(this.times_s.length);
     this.parts.push(half);
     for (const time_s of half.times_s) this.times_s.push(time_s);
-    for (const event of half.events) this.events.push({ ...event, part: index, time_s: event.time_us / 1e6 });
+    half.events.forEach((event, place) => {
+      this.events.push(known[place] ?? { ...event, part: index, time_s: event.time_us / 1e6 });
+    });
     for (const name of ["uavs", "groups"]) {
       const known = new Set(this.ids[name]);
       const added = half.tables[name].ids.filter((id) => !known.has(id));

@@ -47,6 +47,7 @@ async function showReplay(sources) {
   page.timeline = new Timeline(page);
   page.state = new State(page);
   page.charts = new Charts(page);
+  page.link = new Link(page);
   showOutcome(page);
   connect(page);
   for (const { film, choice } of page.runs) {
@@ -135,6 +136,7 @@ function drawsCharts(page) {
 
 /** Loads a run, and shows what has come. */
 function load(page, run, drawCharts) {
+  let isOpened = run !== page.run;
   run.load({
     begun: () => begin(page),
     whole: () => showOutcome(page),
@@ -144,8 +146,11 @@ function load(page, run, drawCharts) {
       follows(page);
       filters(page);
       controls(page);
+      if (!page.film.parts.length) return;
+      if (!isOpened) page.link.open();
+      isOpened = true;
       // Charts take long; what else there is does not wait for them.
-      if (page.film.parts.length) drawCharts();
+      drawCharts();
     },
     trouble: (words) => page.state.trouble(words),
   });

@@ -39,7 +39,7 @@ class State {
   show(scene) {
     const { film, choice } = this.page;
     this.scene = scene;
-    this.clock.textContent = `${scene.time_s.toFixed(1)} s`;
+    this.clock.textContent = scene.time_s.toFixed(1);
     this.clock.dateTime = `PT${scene.time_s.toFixed(3)}S`;
     const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(film, target.id) }));
     const worst = targets.filter((target) => concern(target));

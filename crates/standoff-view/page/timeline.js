@@ -1,11 +1,9 @@
-// Events: marks over the time slider, and a list; either jumps there.
+// Time: the slider, the strip of events over it, and the line that tells of the event gone to.
 
-/** Events that tell little: they are listed only when asked for, and have no mark. */
-const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "uavs-apart", "group-founded", "joined"]);
-/** Events that cost custody, or may. */
-const GRAVE = new Set(["lost", "discarded", "uav-lost", "left-out", "handoff-withdrawn", "orbit-infeasible", "uavs-close"]);
-/** Most events that the list shows. */
-const MOST_LISTED = 400;
+/** Width of a bar of the strip, px. */
+const BAR = 2;
+/** How far from the pointer an event may be, px. */
+const NEAR = 6;
 
 class Timeline {
   constructor(page) {
@@ -14,32 +12,26 @@ class Timeline {
     this.clock = clock;
     this.slider = element("time");
     this.marks = element("marks");
-    this.events = element("events");
-    this.kind = element("kind");
-    this.routine = element("routine");
-    this.count = element("count");
-    this.kinds = new Set();
-    /** Which events are in the list. */
-    this.listed = null;
+    this.now = element("now");
+    this.total = element("total");
+    this.told = element("told-event");
+    this.tip = element("tip");
+    /** The event gone to, as long as time is there. */
+    this.gone = null;
+    this.sieve = new Sieve(page, () => this.sifted());
+    this.list = new EventList(page, this.sieve, (event) => this.goTo(event));
     this.slider.addEventListener("input", () => clock.seek(Number(this.slider.value)));
     this.marks.addEventListener("click", (click) => {
-      const event = this.nearest(click.offsetX);
-      clock.seek(event ? event.time_s : this.time(click.offsetX));
+      const [event] = this.at(click.offsetX);
+      if (event) this.goTo(event);
+      else clock.seek(this.time(click.offsetX));
     });
-    this.marks.addEventListener("mousemove", (move) => {
-      const event = this.nearest(move.offsetX);
-      this.marks.title = event ? `${event.time_s.toFixed(1)} s: ${eventText(this.film, event)}` : "";
-    });
-    this.routine.addEventListener("change", () => this.list());
-    this.kind.addEventListener("change", () => this.list());
+    this.marks.addEventListener("pointermove", (move) => this.hint(move.offsetX));
+    this.marks.addEventListener("pointerleave", () => (this.tip.hidden = true));
   }
 
   get film() {
     return this.page.film;
-  }
-
-  telling() {
-    return this.film.events.filter((event) => !ROUTINE.has(event.kind));
   }
 
   /** The whole of time: of the mission, or what has been flown. */
@@ -58,100 +50,139 @@ class Timeline {
     return first + (x / Math.max(this.marks.clientWidth, 1)) * (last - first);
   }
 
-  nearest(x) {
-    let best = null;
-    for (const event of this.telling()) {
-      const off = Math.abs(this.x(event.time_s) - x);
-      if (off < 6 && (!best || off < Math.abs(this.x(best.time_s) - x))) best = event;
-    }
-    return best;
+  /** The events of the bar at a place, grave ones first, then the nearest; where there is no bar, the nearest event near it. */
+  at(x) {
+    const { events } = this.sieve;
+    const times_s = this.list.times();
+    const off = (event) => Math.abs(this.x(event.time_s) - x);
+    const from = lastNotAfter(times_s, this.time(x - NEAR)) + 1;
+    const near = events.slice(from, lastNotAfter(times_s, this.time(x + NEAR)) + 1);
+    const rank = (event) => (GRAVE.has(event.kind) ? 0 : NEAR) + off(event);
+    const bar = near.filter((event) => off(event) <= BAR).sort((a, b) => rank(a) - rank(b));
+    return bar.length ? bar : near.sort((a, b) => off(a) - off(b)).slice(0, 1);
   }
 
-  /** The next telling event after the time shown, or the one before it. */
+  /** Tells of the events under the pointer. */
+  hint(x) {
+    const events = this.at(x);
+    this.tip.hidden = !events.length;
+    if (!events.length) return;
+    this.tip.textContent = `${manyText(events)}\n${events[0].time_s.toFixed(1)} s ${eventText(this.film, events[0])}`;
+    const room = this.marks.clientWidth - this.tip.offsetWidth;
+    this.tip.style.left = `${Math.max(0, Math.min(x - this.tip.offsetWidth / 2, room))}px`;
+  }
+
+  /** Goes to an event, and tells of it. */
+  goTo(event) {
+    this.gone = event;
+    this.clock.seek(event.time_s);
+    const others = this.list.times().filter((time_s) => time_s === event.time_s).length - 1;
+    const more = others > 0 ? ` (and ${others} more at this time)` : "";
+    this.say(`${event.time_s.toFixed(1)} s ${eventText(this.film, event)}${more}`);
+  }
+
+  /** Says something beside the strip; `goTo`'s words go when time moves on. */
+  say(words) {
+    this.told.textContent = this.told.title = words;
+  }
+
+  /** The next event wanted after the time shown, or the one before it; of several at once a grave one. */
   jump(forward) {
-    const now = this.clock.time_s;
-    const events = this.telling();
-    const found = forward
-      ? events.find((event) => event.time_s > now + 1e-6)
-      : events.filter((event) => event.time_s < now - 1e-6).at(-1);
-    if (found) this.clock.seek(found.time_s);
+    const { events } = this.sieve;
+    const times_s = this.list.times();
+    const on = lastNotAfter(times_s, this.clock.time_s);
+    const found = forward ? on + 1 : lastNotAfter(times_s, this.clock.time_s - 1e-6);
+    const time_s = times_s[found];
+    if (time_s === undefined) return;
+    const first = lastNotAfter(times_s, time_s - 1e-6) + 1;
+    const together = events.slice(first, lastNotAfter(times_s, time_s) + 1);
+    this.goTo(together.find((event) => GRAVE.has(event.kind)) ?? together[0]);
   }
 
-  /** Draws the marks anew and adds to the list: more has been loaded, or the page has another size or theme. */
+  /** More has been loaded, or the page has another size or theme. */
   renew() {
     const [first, last] = this.range_s;
     this.slider.min = first;
     this.slider.max = last;
     this.slider.step = "any";
+    const { head, end_s, done } = this.film;
+    const planned = `${head.duration_s.toFixed(1)} s`;
+    this.total.textContent = done ? `/ ${end_s.toFixed(1)} s` : head.live ? `/ ${end_s.toFixed(1)} of ${planned}` : `/ ${planned}`;
+    this.sieve.renew();
+    this.sifted();
+  }
+
+  /** Other events are wanted, or there are more. */
+  sifted() {
+    this.strip();
+    this.list.renew();
+  }
+
+  /**
+   * Draws the strip: bars whose height tells how many events there are, on a logarithmic scale. Grave ones hang from the top,
+   * others stand below. What is not wanted is faint.
+   */
+  strip() {
     const ratio = window.devicePixelRatio || 1;
-    this.marks.width = this.marks.clientWidth * ratio;
-    this.marks.height = this.marks.clientHeight * ratio;
+    const { clientWidth, clientHeight } = this.marks;
+    this.marks.width = clientWidth * ratio;
+    this.marks.height = clientHeight * ratio;
     const pen = this.marks.getContext("2d");
     pen.scale(ratio, ratio);
-    for (const event of this.telling()) {
-      const x = this.x(event.time_s);
-      const grave = GRAVE.has(event.kind);
-      pen.fillStyle = grave ? palette().alarm : groupColour(this.film, event.group);
-      pen.fillRect(x - 1, grave ? 1 : 5, 2, this.marks.clientHeight - (grave ? 2 : 7));
+    const { alarm, faint, grid } = palette();
+    const accent = getComputedStyle(document.documentElement).getPropertyValue("--accent");
+    const [all, wanted] = [this.bars(this.sieve.telling), this.bars(this.sieve.events)];
+    const most = Math.max(1, ...[...all.values(), ...wanted.values()].map(([grave, ...rest]) => Math.max(grave, rest[0] + rest[1])));
+    const height = (count) => (count ? (clientHeight / 2 - 1) * (most > 1 ? 0.4 + (0.6 * Math.log(count)) / Math.log(most) : 1) : 0);
+    for (const [bars, ...inks] of [[all, grid, grid, grid], [wanted, alarm, accent, faint]]) {
+      for (const [bar, [grave, handed, other]] of bars) {
+        const box = (ink, top, tall) => {
+          pen.fillStyle = ink;
+          pen.fillRect(bar * BAR, top, BAR, tall);
+        };
+        box(inks[0], 0, height(grave));
+        const tall = height(handed + other);
+        const share = handed / Math.max(handed + other, 1);
+        box(inks[1], clientHeight - tall, tall * share);
+        box(inks[2], clientHeight - tall * (1 - share), tall * (1 - share));
+      }
     }
-    this.list();
   }
 
-  /** Lists the events chosen, and adds those that have come in. */
-  list() {
-    const kinds = [...new Set(this.film.events.map((event) => event.kind))].sort();
-    for (const kind of kinds.filter((kind) => !this.kinds.has(kind))) {
-      this.kinds.add(kind);
-      this.kind.append(new Option(kind, kind));
+  /** How many grave ones, handings over and others there are in each bar that has any. */
+  bars(events) {
+    const bars = new Map();
+    for (const event of events) {
+      const bar = Math.floor(this.x(event.time_s) / BAR);
+      if (!bars.has(bar)) bars.set(bar, [0, 0, 0]);
+      bars.get(bar)[GRAVE.has(event.kind) ? 0 : HANDED.has(event.kind) ? 1 : 2] += 1;
     }
-    const wanted = this.kind.value;
-    const matching = this.film.events.filter((event) =>
-      wanted ? event.kind === wanted : this.routine.checked || !ROUTINE.has(event.kind),
-    );
-    const chosen = `${wanted} ${this.routine.checked}`;
-    if (chosen !== this.listed) this.events.replaceChildren();
-    this.listed = chosen;
-    // Events only ever come in: what is in the list stays, and whoever reads or holds it is not disturbed.
-    const added = matching.slice(this.events.children.length, MOST_LISTED);
-    this.events.append(...added.map((event) => this.item(event)));
-    const count = this.events.children.length;
-    const more = matching.length > count ? `, the first ${count} listed` : "";
-    this.count.textContent = `${matching.length} of ${this.film.events.length} events${more}`;
+    return bars;
   }
 
-  item(event) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.dataset.timeUs = event.time_us;
-    button.dataset.kind = event.kind;
-    button.className = GRAVE.has(event.kind) ? "grave" : "";
-    const time = document.createElement("time");
-    time.textContent = `${event.time_s.toFixed(1)} s`;
-    button.append(time, ` ${eventText(this.film, event)}`);
-    button.addEventListener("click", () => this.clock.seek(event.time_s));
-    const item = document.createElement("li");
-    item.append(button);
-    return item;
-  }
-
-  /** Moves the slider with the clock. */
+  /** Moves the slider and the list with the clock. */
   follow() {
-    const { time_s } = this.clock;
+    const { time_s, playing, speed } = this.clock;
     this.slider.value = time_s;
     this.slider.setAttribute("aria-valuetext", `${time_s.toFixed(1)} seconds`);
+    this.now.style.left = `${this.x(time_s)}px`;
+    // While time runs on, there has to be time to read.
+    const away_s = this.gone ? time_s - this.gone.time_s : 0;
+    if (Math.abs(away_s) > 1e-6 && !(playing && away_s > 0 && away_s < 3 * speed)) {
+      this.gone = null;
+      this.say("");
+    }
+    this.list.follow(time_s, this.gone);
   }
 }
 
-/** An event in words. */
-function eventText(film, event) {
-  const groups =
-    event.group !== null && event.to_group !== null
-      ? `group ${event.group} to ${event.to_group}`
-      : event.group !== null
-        ? `group ${event.group}`
-        : "";
-  const target = event.target === null ? "" : short(film.head.targets[event.target] ?? event.target);
-  const uavs = event.target === null && event.uavs.length ? `UAV ${event.uavs.join(", ")}` : "";
-  const who = [target || uavs, groups].filter(Boolean).join(", ");
-  return `${event.kind}${who ? ` \u2013 ${who}` : ""}: ${event.reason}`;
+/** Several events in words: how many, when, of which kinds. */
+function manyText(events) {
+  const times_s = events.map((event) => event.time_s);
+  const [first, last] = [Math.min(...times_s), Math.max(...times_s)].map((time_s) => time_s.toFixed(1));
+  const kinds = new Map();
+  for (const { kind } of events) kinds.set(kind, (kinds.get(kind) ?? 0) + 1);
+  const told = [...kinds].map(([kind, count]) => `${counted(count)} ${kind}`).join(", ");
+  const when = first === last ? `${first} s` : `${first} to ${last} s`;
+  return `${counted(events.length)} event${events.length === 1 ? "" : "s"}, ${when}: ${told}`;
 }
