@@ -37,8 +37,8 @@ after(async () => {
 });
 
 /** Opens a page, looks at it, and insists that it did nothing that no report may do. */
-async function opened(file, look) {
-  const { context, page, complaints } = await blank();
+async function opened(file, look, options = {}) {
+  const { context, page, complaints } = await blank(options);
   await page.goto(pathToFileURL(join(folder, file)).href);
   await page.waitForSelector('body[data-ready="charts"]');
   await look(page);
@@ -208,3 +208,21 @@ test("a hostile name stays text, and its scenario can be saved and flown again",
     const value = await page.locator("#runs tbody tr td:nth-child(2)").first().getAttribute("title");
     assert.equal(String(outcome.metrics.position_error_m), value);
   }));
+
+/** Settings as long as a list of vehicles: they wrap, and no table is wider than its place. */
+test("nothing is wider than the screen of a desktop or a phone, however long the settings are", async () => {
+  const long = Array.from({ length: 24 }, (_, k) => `{ uav = 0, from_s = ${k}, until_s = ${k + 0.5} }`).join(", ");
+  standoff("monte-carlo", "paper/table-2-pair", "--set", "duration_s=40", "--set", `uavs.outage=[${long}]`, "--runs", "3", "--out", "long");
+  standoff("compare", "a", "long", "--report", "long.html");
+  for (const [what, options] of [["desktop", {}], ["phone", { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true }]]) {
+    await opened("long.html", async (page) => {
+      for (const name of ["Metrics", "Differences", "Flown"]) {
+        await page.getByRole("tab", { name }).click();
+        const wide = await page.evaluate(() => [document.scrollingElement, ...document.querySelectorAll(".scrolled, main > *")]
+          .filter((one) => one.scrollWidth > one.clientWidth + 1).map((one) => one.id || one.tagName));
+        assert.deepEqual(wide, [], `${what}, ${name}`);
+      }
+      assert.match(await page.locator("#settings").textContent(), /from_s = 23.0/);
+    }, options);
+  }
+});

@@ -8,8 +8,6 @@ const PLOT_LEFT = 52;
 const PLOT_RIGHT = 12;
 const PLOT_TOP = 5;
 const PLOT_BOTTOM = 7;
-/** A pointer that moved less far was not dragged, px. */
-const CLICK_PX = 4;
 const CHART_CONFIG = { staticPlot: true };
 
 class Charts {

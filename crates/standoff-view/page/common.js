@@ -2,6 +2,9 @@
 
 const element = (id) => document.getElementById(id);
 
+/** What moves less than this between pressing and letting go is a click, px. */
+const CLICK_PX = 4;
+
 /** One panel of several, chosen by the tabs of a list. */
 function tabs(list, chosen) {
   const all = [...list.querySelectorAll("[role=tab]")];

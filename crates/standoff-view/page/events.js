@@ -7,7 +7,7 @@ const GRAVE = new Set(["lost", "discarded", "uav-lost", "left-out", "handoff-wit
 /** Events by which a target comes into another group's keeping, or back. */
 const HANDED = new Set(["handoff-requested", "handoff-completed", "taken-back", "reacquired"]);
 /** Most names that the field for a vehicle proposes. */
-const MOST_PROPOSED = 1000;
+const MOST_VEHICLES = 1000;
 
 /** A whole number in words. */
 function counted(count) {
@@ -53,7 +53,7 @@ class Sieve {
   /** Names for the field. */
   propose() {
     const { film } = this.page;
-    const names = [...film.ids.uavs.map((id) => `UAV ${id}`), ...film.head.targets.slice(0, MOST_PROPOSED)];
+    const names = [...film.ids.uavs.map((id) => `UAV ${id}`), ...film.head.targets.slice(0, MOST_VEHICLES)];
     element("vehicles").replaceChildren(...names.map((name) => Object.assign(new Option(), { value: name })));
   }
 
@@ -293,11 +293,6 @@ class EventList {
     key.preventDefault();
     key.stopPropagation();
   }
-}
-
-/** The name of a target. */
-function targetName(film, id) {
-  return short(film.head.targets[id] ?? `${id}`);
 }
 
 /** An event in words. */

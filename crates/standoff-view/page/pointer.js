@@ -1,8 +1,5 @@
 // The pointer on a map: a mouse or fingers.
 
-/** What moves less than this between pressing and letting go is a click, px. */
-const CLICK_PX = 4;
-
 /** Choosing, panning, zooming, measuring on the map of a run. */
 function pointer(page, { map, film, choice, cards }) {
   const { canvas, camera } = map;

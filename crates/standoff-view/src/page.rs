@@ -191,6 +191,21 @@ mod tests {
         assert!(CHARTS.len() < 2_000_000, "{} bytes", CHARTS.len());
     }
 
+    /// They share one scope, where a constant told twice would stop them all.
+    #[test]
+    fn no_two_scripts_give_one_name() {
+        let mut names = std::collections::BTreeSet::new();
+        for line in SCRIPT.lines() {
+            let words: Vec<&str> = line.trim_start_matches("async ").split([' ', '(', ';']).collect();
+            if let [kind, name, ..] = words[..]
+                && ["const", "let", "class", "function", "function*"].contains(&kind)
+            {
+                assert!(names.insert(name), "{name} is told twice");
+            }
+        }
+        assert!(names.len() > 100, "{} names", names.len());
+    }
+
     /// Text of the page's own is all that is not packed: nothing in it may look like its end.
     #[test]
     fn the_pages_own_text_closes_no_script() {
