@@ -345,12 +345,12 @@ class Charts {
     });
   }
 
-  /** The list of panels: what each is, and whether it is wanted. */
+  /** The list of panels, while it is open: what each is, and whether it is wanted. */
   menu() {
-    const rows = PANELS.map((spec) => {
+    const row = (spec) => {
       const box = document.createElement("input");
       box.type = "checkbox";
-      box.checked = true;
+      box.checked = !this.unwanted.has(spec.key);
       box.name = `panel-${spec.key}`;
       box.addEventListener("change", () => {
         if (box.checked) this.unwanted.delete(spec.key);
@@ -362,14 +362,14 @@ class Charts {
       const about = document.createElement("p");
       about.append(spec.about);
       return [label, about];
-    });
+    };
     const list = element("panel-list");
-    list.append(...rows.flat());
-    list.addEventListener("beforetoggle", () => {
-      const box = element("panel-choice").getBoundingClientRect();
-      list.style.top = `${box.bottom + 4}px`;
-      list.style.maxHeight = `${innerHeight - box.bottom - 16}px`;
+    list.addEventListener("beforetoggle", (toggle) => {
+      list.replaceChildren(...(toggle.newState === "open" ? PANELS.flatMap(row) : []));
+      const { bottom } = element("panel-choice").getBoundingClientRect();
+      list.style.top = `${Math.min(bottom + 4, innerHeight / 2)}px`;
       list.style.right = "8px";
+      list.style.maxHeight = `${innerHeight - Math.min(bottom + 4, innerHeight / 2) - 12}px`;
     });
   }
 }

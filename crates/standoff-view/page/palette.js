@@ -1,10 +1,11 @@
-// Colours that colour-blind readers can tell apart, light and dark: those of the figures, lightened for the dark theme.
+// Colours, light and dark, searched for by computer: UAVs are blue to purple and groups orange to green, so that nobody takes
+// one for the other, colour-blind readers included; both stand out from the ground. `src/colours.rs` holds them to that.
 
 const PALETTES = {
   light: {
-    uavs: ["#0072b2", "#d55e00", "#cc79a7", "#000000", "#490092", "#924900", "#006d6d", "#b66dff", "#881133", "#998866",
-      "#334466", "#447744"],
-    groups: ["#009e73", "#c98700", "#2e8fc9", "#6a9f3a", "#ee6677"],
+    uavs: ["#010492", "#8a0778", "#7d5bf5", "#017fad", "#47055e", "#a980d6", "#5408b0", "#08496a",
+      "#5c559b", "#bf48cb", "#4590fd", "#892dc1"],
+    groups: ["#de7701", "#1aa700", "#026a01", "#143714", "#9c7e52", "#653a07", "#4da27e", "#4b7859"],
     ground: "#ffffff",
     underlay: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#ebe7e1", path: "#e6dfd2", rail: "#cfcfd8",
       minor: "#dbe0e6", major: "#c6ced8" },
@@ -15,9 +16,9 @@ const PALETTES = {
     none: "#7a8591",
   },
   dark: {
-    uavs: ["#3f9fe0", "#ff8b3d", "#f2a6d0", "#ffffff", "#9b6dff", "#b06a2a", "#1fa8a8", "#d9c2ff", "#cc2266", "#ffccbb",
-      "#ffee00", "#889977"],
-    groups: ["#2bd19e", "#f0b429", "#6cc3ff", "#a6d96a", "#ff8f9f"],
+    uavs: ["#b6ddff", "#be7f9f", "#6d6bf4", "#2b7386", "#ef76e6", "#913fb6", "#caadff", "#32abdf",
+      "#af77ff", "#c854c5", "#0461d8", "#8072a9"],
+    groups: ["#ffaa0b", "#54ac04", "#5b7233", "#a7ea49", "#ffda92", "#a97611", "#abffc1", "#9fc68f"],
     ground: "#11161c",
     underlay: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#1d232b", path: "#2a2722", rail: "#33333f",
       minor: "#29333e", major: "#3a4654" },

@@ -87,7 +87,7 @@ class Panel {
     this.section = document.createElement("section");
     this.section.className = "panel";
     this.section.dataset.panel = spec.key;
-    this.heading = document.createElement("h3");
+    this.heading = document.createElement("h2");
     this.plot = document.createElement("div");
     this.plot.className = "plot";
     this.section.append(this.heading, this.plot);
@@ -99,7 +99,6 @@ class Panel {
   head(name, kinds) {
     const { spec } = this;
     const unit = spec.unit ? ` (${spec.unit})` : "";
-    this.section.setAttribute("aria-label", `${name}${unit}`);
     this.heading.title = spec.about;
     this.heading.replaceChildren(`${name}${spec.hint ? `, ${spec.hint}` : ""}${unit}`);
     for (const [colour, dash, words] of kinds) {

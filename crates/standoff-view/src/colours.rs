@@ -4,29 +4,32 @@ use plotters::style::RGBColor;
 use standoff_sim::record::GroupRow;
 use std::collections::BTreeMap;
 
-/// For UAVs by rank: colours of Okabe and Ito, then darker ones, which colour-blind readers can tell apart.
-/// `page/palette.js` has the same, and their like for a dark page.
+/// For UAVs by rank: blue to purple. `page/palette.js` has the same, and their like for a dark page. They and the groups'
+/// were searched for by computer, so that the least distance is large, of the first few UAVs larger still.
 pub(crate) const UAVS: [RGBColor; 12] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(204, 121, 167),
-    RGBColor(0, 0, 0),
-    RGBColor(73, 0, 146),
-    RGBColor(146, 73, 0),
-    RGBColor(0, 109, 109),
-    RGBColor(182, 109, 255),
-    RGBColor(136, 17, 51),
-    RGBColor(153, 136, 102),
-    RGBColor(51, 68, 102),
-    RGBColor(68, 119, 68),
+    RGBColor(1, 4, 146),
+    RGBColor(138, 7, 120),
+    RGBColor(125, 91, 245),
+    RGBColor(1, 127, 173),
+    RGBColor(71, 5, 94),
+    RGBColor(169, 128, 214),
+    RGBColor(84, 8, 176),
+    RGBColor(8, 73, 106),
+    RGBColor(92, 85, 155),
+    RGBColor(191, 72, 203),
+    RGBColor(69, 144, 253),
+    RGBColor(137, 45, 193),
 ];
-/// For groups: none of the UAVs' colours, and lighter.
-pub(crate) const GROUPS: [RGBColor; 5] = [
-    RGBColor(0, 158, 115),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(153, 204, 119),
-    RGBColor(238, 102, 119),
+/// For groups: orange to green.
+pub(crate) const GROUPS: [RGBColor; 8] = [
+    RGBColor(222, 119, 1),
+    RGBColor(26, 167, 0),
+    RGBColor(2, 106, 1),
+    RGBColor(20, 55, 20),
+    RGBColor(156, 126, 82),
+    RGBColor(101, 58, 7),
+    RGBColor(77, 162, 126),
+    RGBColor(75, 120, 89),
 ];
 
 /// Which of the colours each group has, while it lasts.
@@ -63,14 +66,105 @@ impl GroupColours {
 mod tests {
     use super::*;
 
-    #[test]
-    fn no_two_uavs_or_groups_have_one_colour_and_the_page_has_the_same_for_uavs() {
-        let all: Vec<&RGBColor> = UAVS.iter().chain(&GROUPS).collect();
-        assert!((1..all.len()).all(|rank| !all[..rank].contains(&all[rank])));
+    /// What is seen of a colour by common sight, and without the receptors for green or for red (Machado, Oliveira and
+    /// Fernandes 2009): from linear to linear sRGB.
+    const SIGHTS: [[[f64; 3]; 3]; 3] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    ];
+
+    fn times(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|row| (0..3).map(|column| matrix[row][column] * vector[column]).sum())
+    }
+
+    fn linear(colour: &str) -> [f64; 3] {
+        std::array::from_fn(|channel| {
+            let value = f64::from(u8::from_str_radix(&colour[2 * channel + 1..2 * channel + 3], 16).unwrap()) / 255.0;
+            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+
+    /// Lightness, a and b of Ottosson's OKLab, in hundredths.
+    fn oklab(linear: [f64; 3]) -> [f64; 3] {
+        const CONES: [[f64; 3]; 3] = [
+            [0.412_221_470_8, 0.536_332_536_3, 0.051_445_992_9],
+            [0.211_903_498_2, 0.680_699_545_1, 0.107_396_956_6],
+            [0.088_302_461_9, 0.281_718_837_6, 0.629_978_700_5],
+        ];
+        const LAB: [[f64; 3]; 3] = [
+            [0.210_454_255_3, 0.793_617_785_0, -0.004_072_046_8],
+            [1.977_998_495_1, -2.428_592_205_0, 0.450_593_709_9],
+            [0.025_904_037_1, 0.782_771_766_2, -0.808_675_766_0],
+        ];
+        times(&LAB, times(&CONES, linear.map(|value| value.clamp(0.0, 1.0))).map(f64::cbrt)).map(|value| 100.0 * value)
+    }
+
+    /// How far apart two colours look, at worst of the sights given.
+    fn apart(a: &str, b: &str, sights: &[[[f64; 3]; 3]]) -> f64 {
+        let seen = |sight, colour| oklab(times(sight, linear(colour)));
+        let off = |sight| seen(sight, a).iter().zip(seen(sight, b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        sights.iter().map(|sight| off(sight).sqrt()).fold(f64::INFINITY, f64::min)
+    }
+
+    fn hue_deg(colour: &str) -> f64 {
+        let [_, a, b] = oklab(linear(colour));
+        b.atan2(a).to_degrees().rem_euclid(360.0)
+    }
+
+    /// Contrast as WCAG 2 defines it.
+    fn contrast(a: &str, b: &str) -> f64 {
+        let light = |colour| times(&[[0.2126, 0.7152, 0.0722]; 3], linear(colour))[0] + 0.05;
+        let (a, b): (f64, f64) = (light(a), light(b));
+        a.max(b) / a.min(b)
+    }
+
+    /// A colour or a list of colours of a theme of the page.
+    fn on_page(theme: &str, name: &str) -> Vec<String> {
         let page = include_str!("../page/palette.js");
-        let light = page.split("uavs: [").nth(1).and_then(|rest| rest.split(']').next()).unwrap();
-        let light: Vec<&str> = light.split('"').filter(|word| word.starts_with('#')).collect();
-        assert_eq!(light, UAVS.map(|RGBColor(r, g, b)| format!("#{r:02x}{g:02x}{b:02x}")));
+        let theme = page.split(&format!("{theme}: {{")).nth(1).and_then(|rest| rest.split("\n  },").next()).unwrap();
+        let of = theme.split(&format!(" {name}: ")).nth(1).unwrap();
+        let end = if of.starts_with('[') { ']' } else { ',' };
+        let words = of.split(end).next().unwrap().split('"');
+        words.filter(|word| word.starts_with('#')).map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn figures_have_the_colours_of_the_page() {
+        let hex = |RGBColor(r, g, b): &RGBColor| format!("#{r:02x}{g:02x}{b:02x}");
+        assert_eq!(on_page("light", "uavs"), UAVS.iter().map(hex).collect::<Vec<_>>());
+        assert_eq!(on_page("light", "groups"), GROUPS.iter().map(hex).collect::<Vec<_>>());
+        assert_eq!([on_page("dark", "uavs").len(), on_page("dark", "groups").len()], [UAVS.len(), GROUPS.len()]);
+    }
+
+    /// In hundredths of OKLab, of which some two are just noticed side by side.
+    #[test]
+    fn nobody_takes_a_uav_for_a_group_or_either_for_an_alarm() {
+        for theme in ["light", "dark"] {
+            let [uavs, groups, ground, alarm, none] =
+                ["uavs", "groups", "ground", "alarm", "none"].map(|name| on_page(theme, name));
+            let [ground, alarm, none] = [ground, alarm, none].map(|one| one[0].clone());
+            assert!(uavs.iter().all(|uav| (210.0..350.0).contains(&hue_deg(uav))), "{theme}");
+            assert!(groups.iter().all(|group| (50.0..170.0).contains(&hue_deg(group))), "{theme}");
+            for colour in uavs.iter().chain(&groups) {
+                assert!(contrast(colour, &ground) >= 3.0, "{theme}: {colour} on {ground}");
+                assert!(apart(colour, &alarm, &SIGHTS[..1]) >= 12.0, "{theme}: {colour} and an alarm");
+                assert!(apart(colour, &none, &SIGHTS[..1]) >= 8.0, "{theme}: {colour} and that of no group");
+            }
+            for uav in &uavs {
+                for group in &groups {
+                    assert!(apart(uav, group, &SIGHTS) >= 11.5, "{theme}: {uav} and {group}");
+                }
+            }
+            for (kind, least) in [(&uavs, 9.5), (&groups, 9.0)] {
+                for (rank, colour) in kind.iter().enumerate() {
+                    for other in &kind[..rank] {
+                        let least = if rank < 4 { 1.5 * least } else { least };
+                        assert!(apart(colour, other, &SIGHTS[..1]) >= least, "{theme}: {colour} and {other}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]
@@ -85,7 +179,10 @@ mod tests {
         assert_eq!(places(&[0, 1, 2]), [0, 1, 2]);
         assert_eq!(places(&[0, 3]), [0, 3]);
         assert_eq!(places(&[0, 4]), [0, 4]);
-        // By its number, group 5 would look like group 0.
-        assert_eq!(places(&[0, 5]), [0, 1]);
+        for group in 5..8 {
+            assert_eq!(places(&[0, group]), [0, group as usize]);
+        }
+        // By its number, group 8 would look like group 0.
+        assert_eq!(places(&[0, 8]), [0, 1]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::gather::{Group, Run};
-use super::ink::{PX, font, ink};
+use super::ink::{PX, font, ink, width_px};
 use super::symbol::{Mark, Symbol};
 use crate::colours::UAVS;
 use plotters::coord::{Shift, types::RangedCoordf64};
@@ -18,6 +18,10 @@ const WIDTH: u32 = 900;
 const LEFT: u32 = 68;
 const BELOW: u32 = 44;
 const LEGEND: u32 = 184;
+/// What of the legend's room is left of its words, and between them and the edge of the page, px.
+const BESIDE_WORDS: f64 = 34.0;
+/// Size of its words, px.
+const WORDS: f64 = 11.5;
 /// Room for heading and caption, and below, px.
 const ABOVE: u32 = 54;
 /// Height of a panel that is one of many rows, px.
@@ -71,7 +75,17 @@ pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u
         label: (rank < MOST_NAMED).then(|| format!("UAV {id}")),
         ..Line::new(curve.runs(share(2 * run.uavs.len())), ink(run.uav_colour(id), width))
     };
-    curves.enumerate().map(line).collect()
+    and_more(curves.enumerate().map(line).collect(), "UAVs")
+}
+
+/// Tells how many lines the legend does not name.
+fn and_more(mut lines: Vec<Line>, what: &str) -> Vec<Line> {
+    let left = lines.len().saturating_sub(MOST_NAMED);
+    if left > 0 {
+        let label = Some(format!("and {left} more {what}"));
+        lines.push(Line { label, ..Line::new(Vec::new(), ink(WHITE, 1.0)) });
+    }
+    lines
 }
 
 /// A curve of each group in the groups' colours; the first few are named.
@@ -80,7 +94,7 @@ pub(super) fn of_groups(run: &Run, width: f64, curve: fn(&Group) -> &Curve) -> V
         label: (rank < MOST_NAMED).then(|| format!("group {id}")),
         ..Line::new(curve(group).runs(share(run.groups.len())), ink(run.group_colour(id), width))
     };
-    run.groups.iter().enumerate().map(line).collect()
+    and_more(run.groups.iter().enumerate().map(line).collect(), "groups")
 }
 
 /// A page 900 px wide with heading and caption, which ends in a note, on which `draw` draws.
@@ -97,7 +111,8 @@ pub(super) fn page(
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
         let odd = |c: char| c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}');
-        let title: String = title.chars().take(120).map(|c| if odd(c) { ' ' } else { c }).collect();
+        let most = 120_usize.saturating_sub(note.chars().count());
+        let title: String = title.chars().take(most).map(|c| if odd(c) { ' ' } else { c }).collect();
         let inner = root.margin(6 * PX, 4 * PX, 8 * PX, 4 * PX).titled(heading, font(15.0))?;
         draw(&inner.titled(&(title + note), font(11.0).color(&REFERENCE))?)?;
         root.present()?;
@@ -165,7 +180,7 @@ impl<'a> Chart<'a> {
         }
         let Some(label) = label else { return Ok(()) };
         let sample = |(x, y), ink| PathElement::new([(x, y), (x + 20 * PX as i32, y)], ink);
-        let entry = self.legend.draw_series(empty::<PathElement<_>>())?.label(label);
+        let entry = self.legend.draw_series(empty::<PathElement<_>>())?.label(fitted(label));
         match over {
             None => entry.legend(move |place| sample(place, ink)),
             Some(over) => {
@@ -181,7 +196,7 @@ impl<'a> Chart<'a> {
         self.plot.draw_series(places.iter().filter_map(|&place| symbol.word_at(place)))?;
         let Some(label) = label else { return Ok(()) };
         let sample = move |(x, y)| symbol.at((x + 10 * PX as i32, y));
-        self.legend.draw_series(empty::<PathElement<_>>())?.label(label).legend(sample);
+        self.legend.draw_series(empty::<PathElement<_>>())?.label(fitted(label)).legend(sample);
         Ok(())
     }
 
@@ -189,8 +204,18 @@ impl<'a> Chart<'a> {
     pub(super) fn finish(mut self) -> Drawn {
         let mut labels = self.legend.configure_series_labels();
         labels.position(SeriesLabelPosition::Coordinate(4 * PX as i32, 0)).margin(4 * PX);
-        Ok(labels.legend_area_size(26 * PX).label_font(font(11.5)).draw()?)
+        Ok(labels.legend_area_size(26 * PX).label_font(font(WORDS)).draw()?)
     }
+}
+
+/// As much of an entry of the legend as there is room for; dots for the rest.
+pub(super) fn fitted(mut label: String) -> String {
+    let room_px = f64::from(LEGEND) - BESIDE_WORDS;
+    if width_px(&label, WORDS) > room_px {
+        while width_px(&label, WORDS) + width_px("…", WORDS) > room_px && label.pop().is_some() {}
+        label.push('…');
+    }
+    label
 }
 
 /// What a panel over time shows.
@@ -248,17 +273,18 @@ pub(super) fn per_group(
     run: &Run,
     heading: &str,
     title: &str,
+    note: &str,
     panel: impl Fn(u32, &Group) -> Panel,
     last: Option<Panel>,
 ) -> Drawn<Option<String>> {
     let panels = run.groups.iter().map(|(&id, group)| (id, group.instants, panel(id, group)));
     let mut panels: Vec<_> = panels.filter(|panel| !panel.2.is_empty()).collect();
-    let note = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.founded);
-    let note = if panels.len() > MOST_PANELS { &note } else { "" };
+    let few = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.founded);
+    let note = format!("{note}{}", if panels.len() > MOST_PANELS { &few } else { "" });
     panels.sort_by_key(|panel| Reverse(panel.1));
     panels.truncate(MOST_PANELS);
     panels.sort_by_key(|panel| panel.0);
-    stacked(run, heading, title, note, panels.into_iter().map(|panel| panel.2).chain(last).collect())
+    stacked(run, heading, title, &note, panels.into_iter().map(|panel| panel.2).chain(last).collect())
 }
 
 /// A page of panels below one another, without the empty ones; none if all are. A label is explained once.

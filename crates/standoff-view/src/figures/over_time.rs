@@ -10,19 +10,15 @@ use std::collections::BTreeSet;
 
 /// How far each UAV is from its group's centre, and from its orbit.
 pub(super) fn standoff_distance(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
+    // The printed margin (16) runs to kilometres where members change: what is flown would be a flat line.
+    let cut_m = 1.3 * setup.radius_max_m;
     let panel = |id: u32, group: &Group| {
         let (thin, thick) = (ink(run.group_colour(id), 1.0), ink(run.group_colour(id), 2.5));
         let (mut unbounded, desired) = (group.unclamped.runs(MOST_POINTS), group.standoff.runs(MOST_POINTS));
-        // The printed margin (16) runs to kilometres where members change: what is flown would be a flat line.
-        let cut_m = 1.3 * setup.radius_max_m;
         unbounded.iter_mut().flatten().for_each(|at| at.1 = at.1.min(cut_m));
         let label = |text: &str| Some(format!("{text}, group {id}"));
         let mut lines = vec![
-            Line {
-                dashed: true,
-                label: label(&format!("unbounded, up to {cut_m:.0} m")),
-                ..Line::new(unbounded, thin)
-            },
+            Line { dashed: true, label: label("unbounded"), ..Line::new(unbounded, thin) },
             Line { label: label("desired"), ..Line::new(desired, thick) },
         ];
         lines.extend(of_uavs(run, 1.25, group.distances.iter().map(|(&uav, curve)| (uav, curve))));
@@ -44,7 +40,8 @@ pub(super) fn standoff_distance(run: &Run, setup: &Setup) -> Drawn<Option<String
         levels: vec![(0.0, None)],
         ..Panel::default()
     };
-    per_group(run, "Distance of each UAV to the centre of its group", &setup.title, panel, Some(errors))
+    let note = format!("; what is desired without bounds is drawn up to {cut_m:.0} m");
+    per_group(run, "Distance of each UAV to the centre of its group", &setup.title, &note, panel, Some(errors))
 }
 
 /// How the UAVs of one orbit are spread around it.
@@ -69,7 +66,7 @@ pub(super) fn phase(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
             ..Panel::default()
         }
     };
-    per_group(run, "Phase separation of the UAVs on one orbit", &setup.title, panel, None)
+    per_group(run, "Phase separation of the UAVs on one orbit", &setup.title, "", panel, None)
 }
 
 /// How near the UAVs of one group come to each other.

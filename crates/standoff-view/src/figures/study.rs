@@ -1,14 +1,28 @@
 //! Charts of studies: any numbers over any others, with bands of quantiles, in the style of a run's figures.
 
-use super::chart::{Area, Chart, Drawn, REFERENCE, page};
+use super::chart::{Area, Chart, Drawn, REFERENCE, fitted, page};
 use super::curve::{Point, range, usable};
 use super::figure::{Figure, FigureError};
 use super::ink::{PX, ink};
-use crate::colours::UAVS;
 use plotters::prelude::*;
 use std::convert::Infallible;
 use std::iter::empty;
 
+/// Colours of Okabe and Ito, then darker ones, which colour-blind readers can tell apart.
+const COLOURS: [RGBColor; 12] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 0, 0),
+    RGBColor(73, 0, 146),
+    RGBColor(146, 73, 0),
+    RGBColor(0, 109, 109),
+    RGBColor(182, 109, 255),
+    RGBColor(136, 17, 51),
+    RGBColor(153, 136, 102),
+    RGBColor(51, 68, 102),
+    RGBColor(68, 119, 68),
+];
 /// Opacity of a band: curves show through.
 const BAND: f64 = 0.22;
 
@@ -93,7 +107,7 @@ impl Plot {
             let sample =
                 move |(x, y)| Rectangle::new([(x, y - 5 * PX as i32), (x + 20 * PX as i32, y + 5 * PX as i32)], colour);
             let entry = chart.legend.draw_series(empty::<Rectangle<_>>())?;
-            entry.label(band.label.clone()).legend(sample);
+            entry.label(fitted(band.label.clone())).legend(sample);
         }
         for &(value, ref label) in &self.levels {
             let runs = vec![vec![(across.start, value), (across.end, value)]];
@@ -112,7 +126,7 @@ impl Plot {
 }
 
 fn colour(number: usize) -> RGBColor {
-    UAVS[number % UAVS.len()]
+    COLOURS[number % COLOURS.len()]
 }
 
 #[cfg(test)]

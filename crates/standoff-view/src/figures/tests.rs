@@ -1,7 +1,9 @@
 //! Tests of the figures as a whole, on made-up runs: which there are, that odd runs draw, that bytes repeat.
 
+use super::chart::fitted;
 use super::curve::MOST_POINTS;
 use super::gather::Run;
+use super::ink::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
 use plotters::style::RGBColor;
@@ -243,6 +245,7 @@ fn assert_sound(figures: &[Figure]) {
     for Figure { name, svg } in figures {
         assert!(svg.starts_with("<svg width=\"900\"") && svg.trim_end().ends_with("</svg>"), "{name}");
         assert!(!svg.contains("NaN") && !svg.contains("inf") && svg.len() < 1_000_000, "{name}");
+        assert_words_fit(name, svg);
     }
 }
 
@@ -299,6 +302,73 @@ fn odd_values_draw() {
     }
 }
 
+/// Words of a figure: where they stand and their size, px, and which of their points stands there.
+fn words(svg: &str) -> Vec<(f64, f64, &str, &str)> {
+    svg.split("<text").skip(1).filter_map(word).collect()
+}
+
+fn word(text: &str) -> Option<(f64, f64, &str, &str)> {
+    let (head, rest) = text.split_once(">\n")?;
+    let value = |name: &str| head.split(&format!(" {name}=\"")).nth(1)?.split('"').next();
+    let px = |name: &str| Some(value(name)?.parse::<f64>().ok()? / 4.0);
+    let anchor = if head.contains("rotate") { "turned" } else { value("text-anchor").unwrap_or("start") };
+    Some((px("x")?, px("font-size")?, anchor, rest.split("\n</text>").next()?))
+}
+
+/// No words leave the page, not even in a wide font.
+fn assert_words_fit(name: &str, svg: &str) {
+    let words = words(svg);
+    assert!(words.len() > 8, "{name}");
+    for (x, size, anchor, text) in words {
+        let text = text.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">");
+        let wide = width_px(&text, size);
+        let (left, right) = match anchor {
+            "start" => (x, x + wide),
+            "middle" => (x - wide / 2.0, x + wide / 2.0),
+            // Of upright ones and of numbers at an axis, which have room by the axis' kind.
+            _ => continue,
+        };
+        assert!(left >= 0.0 && right <= 900.0, "{name}: {text:?} from {left} to {right} px");
+    }
+}
+
+/// Entries of the legend: what stands beside the plots.
+fn legend(svg: &str) -> Vec<&str> {
+    words(svg).into_iter().filter(|(x, ..)| *x > 730.0).map(|(.., text)| text).collect()
+}
+
+#[test]
+fn the_first_figure_has_few_names_and_those_that_it_needs_most() {
+    for (frames, wanted) in [(handoff(200), 8), (town(650, 1200), 6), (generations(30), 4), (run(24, 4, 40), 3)] {
+        let figures = drawn(frames, &setup());
+        let names = legend(svg(&figures, "trajectories")).len();
+        assert!((wanted..=8).contains(&names), "{names} entries");
+    }
+    let figures = drawn(handoff(200), &setup());
+    let map = svg(&figures, "trajectories");
+    assert!(legend(map).contains(&"UAV, view at the end") && legend(map).contains(&"handoff completed"));
+    assert!(map.contains("\ngroup 1\n") && map.contains("\ngroup 2\n"), "groups have their names on the map");
+    assert!(!map.contains("UAV at the start"), "what explains itself makes room");
+}
+
+#[test]
+fn a_legend_says_how_many_it_does_not_name() {
+    let figures = drawn(run(24, 4, 40), &setup());
+    let names = legend(svg(&figures, "line_of_sight"));
+    assert!(
+        names.contains(&"UAV 12") && !names.contains(&"UAV 13") && names.contains(&"and 12 more UAVs"),
+        "{names:?}"
+    );
+    assert!(!drawn(run(12, 4, 40), &setup()).iter().any(|figure| figure.svg.contains(" more UAVs")));
+}
+
+#[test]
+fn names_too_long_end_in_dots_within_the_figure() {
+    assert_eq!(fitted("UAV 10 to UAV 11".to_owned()), "UAV 10 to UAV 11");
+    let long = fitted("WWW ".repeat(20));
+    assert!(long.ends_with('…') && width_px(&long, 11.5) <= 150.0 && long.len() > 10, "{long}");
+}
+
 /// The run as it is gathered.
 fn gathered(frames: &[Frame]) -> Run {
     let mut run = Run::default();
@@ -316,7 +386,7 @@ fn a_handoff_and_a_discard_are_marked_on_the_map_and_over_time() {
     assert_sound(&figures);
     let map = svg(&figures, "trajectories");
     for label in
-        ["handoff completed", "target discarded", "target lost", "targets of group 2", "in dwell to that group"]
+        ["handoff completed", "target discarded", "target lost", "targets, as their group", "in dwell to that group"]
     {
         assert!(map.contains(label), "{label}");
     }

@@ -3,11 +3,12 @@
 use super::chart::{Area, Chart, Drawn, Line, MOST_NAMED, of_uavs, page, share};
 use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::figure::Setup;
-use super::gather::Run;
-use super::ink::ink;
+use super::gather::{Group, Run};
+use super::ink::{font, ink};
 use super::symbol::{Mark, Symbol};
 use crate::colours::GROUPS;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use standoff::math::{TAU, cos, hypot, sin};
 use std::collections::BTreeSet;
 use std::iter::once;
@@ -18,6 +19,32 @@ const MANY: usize = 40;
 const MOST_MARKS: usize = 200;
 /// How often the paths of all UAVs together may cross the map.
 const CROSSINGS: f64 = 50.0;
+/// Most entries of the legend: this is the first figure that a newcomer sees.
+const MOST_ENTRIES: usize = 8;
+/// What the legend says, what needs it most first.
+const ENTRIES: [&str; 12] = [
+    UAV,
+    TARGETS,
+    BAND,
+    "handoff completed",
+    "target discarded",
+    "target lost",
+    DWELL,
+    ORBIT,
+    UNGROUPED,
+    TRUTH,
+    EARLIER,
+    START,
+];
+const UAV: &str = "UAV, view at the end";
+const TARGETS: &str = "targets, as their group";
+const BAND: &str = "band: group it serves";
+const DWELL: &str = "in dwell to that group";
+const ORBIT: &str = "last orbit of a group";
+const UNGROUPED: &str = "targets in no group";
+const TRUTH: &str = "true paths of targets";
+const EARLIER: &str = "earlier paths of UAVs";
+const START: &str = "UAV at the start";
 /// What belongs to no group.
 const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
@@ -30,7 +57,10 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let recent = recent(run);
     let mut lines = ground(run, recent);
     let mut uavs = of_uavs(run, 1.25, run.each(|uav| &uav.path));
+    uavs.truncate(run.uavs.len());
     for (line, uav) in uavs.iter_mut().zip(run.uavs.values()) {
+        // Its number stands at its end.
+        line.label = None;
         line.runs = uav.path.runs_since(recent, share(2 * run.uavs.len()));
     }
     lines.extend(uavs);
@@ -45,9 +75,14 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
         let (colour, path) = (run.uav_colour(id), places(&uav.path));
         let [start, end] = [path.first(), path.last()].map(|at| at.copied().into_iter().collect());
         let label = |text: &str| (rank == 0).then(|| text.to_owned());
-        symbols.push((Symbol::start(colour), start, label("start")));
-        symbols.push((Symbol::end(colour, id.to_string()), end, label("end, with field of view")));
+        symbols.push((Symbol::start(colour), start, label(START)));
+        symbols.push((Symbol::end(colour, id.to_string()), end, label(UAV)));
     }
+    {
+        let labels = lines.iter_mut().map(|line| &mut line.label).chain(symbols.iter_mut().map(|symbol| &mut symbol.2));
+        keep_most_needed(labels.collect());
+    }
+    let names = names(run);
 
     let shown = lines.iter().flat_map(|line| line.runs.iter().flatten()).chain(views.iter().flat_map(|view| &view.1));
     let (east, north): (Vec<f64>, Vec<f64>) = shown.copied().unzip();
@@ -67,9 +102,52 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
         chart.plot.draw_series(views.iter().map(faint))?;
         lines.into_iter().try_for_each(|line| chart.line(line))?;
         symbols.into_iter().try_for_each(|(symbol, places, label)| chart.symbols(symbol, &places, label))?;
+        for (at, pos, name, colour) in names {
+            chart.plot.draw_series([Text::new(name, at, font(11.5).pos(pos).color(&colour))])?;
+        }
         chart.finish()
     };
     page("Trajectories of UAVs and targets", &setup.title, "", height as u32, draw).map(Some)
+}
+
+/// Leaves the labels of the legend that it has room for.
+fn keep_most_needed(mut labels: Vec<&mut Option<String>>) {
+    let rank = |label: &Option<String>| ENTRIES.iter().position(|entry| Some(*entry) == label.as_deref());
+    labels.retain(|label| label.is_some());
+    labels.sort_by_key(|label| rank(label).unwrap_or(ENTRIES.len()));
+    labels.into_iter().skip(MOST_ENTRIES).for_each(|label| *label = None);
+}
+
+/// Names of the groups at their last orbits, where the UAVs are furthest, and their colours.
+fn names(run: &Run) -> Vec<(Point, Pos, String, RGBColor)> {
+    let last = |curve: &Curve| curve.runs(MOST_POINTS).last().and_then(|run| run.last()).copied();
+    let ends: Vec<Point> = run.uavs.values().filter_map(|uav| last(&uav.path)).collect();
+    let clear = |at: Point| ends.iter().map(|end| hypot(end.0 - at.0, end.1 - at.1)).fold(f64::INFINITY, f64::min);
+    let name = |(&id, group): (&u32, &Group)| {
+        let ((x, y), (_, radius)) = last(&group.centre).zip(last(&group.standoff))?;
+        let place = |step| {
+            let angle = TAU * (0.25 + f64::from(step) / 8.0);
+            let (east, north) = (cos(angle), sin(angle));
+            let across = if east > 0.5 {
+                HPos::Left
+            } else if east < -0.5 {
+                HPos::Right
+            } else {
+                HPos::Center
+            };
+            let up = if north > 0.5 {
+                VPos::Bottom
+            } else if north < -0.5 {
+                VPos::Top
+            } else {
+                VPos::Center
+            };
+            ((x + 1.02 * radius * east, y + 1.02 * radius * north), Pos::new(across, up))
+        };
+        let (at, pos) = (0..8).map(place).max_by(|a, b| clear(a.0).total_cmp(&clear(b.0)))?;
+        Some((at, pos, format!("group {id}"), run.group_colour(id)))
+    };
+    run.groups.iter().take(MOST_NAMED).filter_map(name).collect()
 }
 
 /// The instant from which on the UAVs' paths are drawn in full: all of them would hide the map of a long run.
@@ -97,40 +175,41 @@ fn ground(run: &Run, recent: usize) -> Vec<Line> {
         Line { dashed, label: new.then(|| label.to_owned()), ..Line::new(runs, ink) }
     };
     let mut lines: Vec<Line> = Vec::new();
-    let name = |&id: &u32| {
-        let label = Some(format!("targets of group {id}"));
-        Line { label, ..Line::new(Vec::new(), ink(run.group_colour(id), 1.25)) }
-    };
-    lines.extend(run.groups.keys().take(MOST_NAMED).map(name));
+    // The sample has the colours of two of them.
+    let mut colours = run.groups.keys().map(|&id| run.group_colour(id));
+    if let Some(first) = colours.next() {
+        let sample = Line::new(Vec::new(), ink(first, 1.5));
+        lines.push(Line { dashes: colours.find(|colour| *colour != first), label: Some(TARGETS.to_owned()), ..sample });
+    }
     let of_uav = share(2 * run.uavs.len());
     let pale = |colour: RGBColor, share, width| ShapeStyle { color: colour.mix(share), ..ink(colour, width) };
     for (&id, uav) in run.uavs.iter().filter(|_| recent > 0) {
-        lines.push(line(uav.path.runs(of_uav), pale(run.uav_colour(id), 0.3, 0.75), false, "earlier paths of UAVs"));
+        lines.push(line(uav.path.runs(of_uav), pale(run.uav_colour(id), 0.3, 0.75), false, EARLIER));
     }
     for (group, curve) in run.uavs.values().filter(|_| run.founded > 1).flat_map(|uav| &uav.served.pieces) {
         let colour = group.map_or(NO_GROUP, |colour| GROUPS[colour]);
-        lines.push(line(curve.runs_since(recent, of_uav), pale(colour, 0.4, 6.0), false, "band: group it serves"));
+        lines.push(line(curve.runs_since(recent, of_uav), pale(colour, 0.4, 6.0), false, BAND));
     }
     // Of many targets, a true path cannot be told from the estimated one.
     for (_, curve) in run.truth.iter().filter(|path| !many || !run.tracks.contains_key(path.0)) {
-        lines.push(line(curve.runs(points), ink(RGBColor(200, 200, 200), thick), false, "true paths of targets"));
+        lines.push(line(curve.runs(points), ink(RGBColor(200, 200, 200), thick), false, TRUTH));
     }
     for curve in run.tracks.values().filter_map(|path| path.pieces.get(&None)) {
-        lines.push(line(curve.runs(points), ink(NO_GROUP, thin), false, "targets in no group"));
+        lines.push(line(curve.runs(points), ink(NO_GROUP, thin), false, UNGROUPED));
     }
     for (group, curve) in run.tracks.values().flat_map(|path| &path.pieces) {
         lines.extend(group.map(|colour| line(curve.runs(points), ink(GROUPS[colour], thin), false, "")));
     }
     for (&(_, colour), curve) in &run.dwells {
-        lines.push(line(curve.runs(points), ink(GROUPS[colour], thin + 0.75), true, "in dwell to that group"));
+        lines.push(line(curve.runs(points), ink(GROUPS[colour], thin + 0.75), true, DWELL));
     }
     for (&id, group) in &run.groups {
         let colour = run.group_colour(id);
         let [centre, radius] = [&group.centre, &group.standoff].map(|curve| curve.runs(share(4 * run.groups.len())));
         let last = |runs: &[Vec<Point>]| runs.last().and_then(|run| run.last()).copied();
         let orbit = last(&centre).zip(last(&radius)).map(|(at, radius)| arc(at, radius.1, 0.0, TAU).collect());
-        lines.push(line(orbit.into_iter().collect(), ink(colour, 1.25), true, "last orbit of a group"));
-        lines.push(line(centre, ink(darker(colour), 1.0), false, "centre of a group"));
+        lines.push(line(orbit.into_iter().collect(), ink(colour, 1.25), true, ORBIT));
+        lines.push(line(centre, ink(darker(colour), 1.0), false, ""));
     }
     lines
 }
