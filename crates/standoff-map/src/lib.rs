@@ -10,6 +10,8 @@
 //! Nothing that is flown depends on a map. A file that is hostile, too large, no map or in no frame that can be placed is
 //! refused with a sentence: [`MapError`].
 
+#[cfg(test)]
+mod fuzz;
 mod geojson;
 mod kind;
 mod limit;

@@ -115,6 +115,7 @@ class Underlay {
     if (this.level.scale !== scale) {
       this.stretch(pen, this.before, scale, left, top);
       this.stretch(pen, this.level, scale, left, top);
+      this.canvas.dataset.underlayTiles = "some";
     } else {
       this.show(pen, left, top, width, height, now);
     }

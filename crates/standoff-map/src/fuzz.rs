@@ -1,0 +1,204 @@
+//! Targets of `bolero`: maps that are nearly right. `scripts/fuzz` tries more of them.
+
+#[path = "../../standoff-sim/src/fuzz/mutation.rs"]
+mod mutation;
+
+use std::panic::RefUnwindSafe;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use mutation::Choices;
+use standoff_sim::source;
+use standoff_sim::traffic::Origin;
+
+use crate::packed::check;
+use crate::{Bounds, MAP, Place, named, parse, place, thin};
+
+/// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
+const ITERATIONS: usize = 5_000;
+
+const SUMO: [&str; 36] = [
+    "<net>",
+    "</net>",
+    "<additional>",
+    "<location netOffset=\"",
+    "projParameter=\"",
+    "!",
+    "+proj=utm +zone=32",
+    "+proj=tmerc +lat_0=0 +lon_0=9 +k=0",
+    "+proj=merc",
+    "+proj=lcc +lat_1=90 +lat_2=-90",
+    "+proj=stere",
+    "+proj=pipeline",
+    "+zone=0",
+    "+a=0",
+    "+k=nan",
+    "+towgs84=1,2,3,4,5,6,7",
+    "+datum=NAD27",
+    "+nadgrids=/dev/zero",
+    "<edge id=\"e\" function=\"internal\">",
+    "<edge id=\"e\" type=\"highway.primary\">",
+    "</edge>",
+    "<lane id=\"l\" shape=\"",
+    "0,0 100,0",
+    " 1,2",
+    "width=\"1e9\"",
+    "allow=\"rail\"",
+    "disallow=\"all\"",
+    "<junction id=\"j\" incLanes=\"e_1\" shape=\"",
+    "<poly type=\"building\" geo=\"1\" shape=\"",
+    "\"/>",
+    "/>",
+    "<!--",
+    "-->",
+    "<![CDATA[",
+    "&b;",
+    "<!DOCTYPE a [<!ENTITY b \"c\">]>",
+];
+
+const GEOJSON: [&str; 36] = [
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    ":",
+    "null",
+    "true",
+    "[[[[[[[[",
+    "\"type\"",
+    "\"FeatureCollection\"",
+    "\"Feature\"",
+    "\"features\":",
+    "\"geometry\":",
+    "\"geometries\":",
+    "\"coordinates\":",
+    "\"properties\":",
+    "\"crs\": {\"properties\": {\"name\": \"x\"}},",
+    "\"LineString\"",
+    "\"MultiLineString\"",
+    "\"Polygon\"",
+    "\"MultiPolygon\"",
+    "\"Point\"",
+    "\"GeometryCollection\"",
+    "\"Topology\"",
+    "\"highway\": \"motorway\",",
+    "\"width\": 1e300,",
+    "\"lanes\": -1,",
+    "\"tags\": {\"building\": 1},",
+    "[9, 44]",
+    "[181, 91]",
+    "[[0, 0], [1, 1]]",
+    "1e400",
+    "\\u0000",
+    "\\ud800",
+    "{\"type\": \"Feature\", \"geometry\": null, \"properties\": null},",
+];
+
+fn run(target: &str, least_accepted: f64, try_one: impl Fn(&mut Choices<'_>) -> bool + RefUnwindSafe) {
+    let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
+    bolero::check!().with_type::<[u8; 40]>().with_iterations(ITERATIONS).for_each(|bytes| {
+        tried.fetch_add(1, Ordering::Relaxed);
+        accepted.fetch_add(try_one(&mut Choices::new(bytes)).into(), Ordering::Relaxed);
+    });
+    let (tried, accepted) = (tried.into_inner(), accepted.into_inner());
+    let share = accepted as f64 / tried as f64;
+    println!("{target}: {tried} inputs, {:.1} % accepted", 100.0 * share);
+    assert!(share >= least_accepted, "{target}: only {share} of the inputs were accepted");
+}
+
+/// A message for people: on one line, not endless, nothing in it that a terminal obeys.
+#[track_caller]
+fn check_message(message: &str) {
+    assert!(!message.is_empty() && message.chars().count() <= 2000, "{} bytes: {message:?}", message.len());
+    let upsets =
+        |c: char| c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}');
+    assert!(!message.contains(upsets), "{message:?}");
+}
+
+fn corpus(kind: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(kind);
+    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths.iter().map(|path| std::fs::read(path).unwrap()).collect()
+}
+
+fn somewhere(choices: &mut Choices<'_>) -> Place {
+    let origin = Some(Origin { latitude_deg: 44.25, longitude_deg: 9.0 });
+    let bounds = *choices.one_of(&[Bounds([0.0, 0.0, 100.0, 100.0]), Bounds([-1e8, -1e8, 1e8, 1e8])]);
+    Place { origin: *choices.one_of(&[None, origin]), bounds }
+}
+
+/// Whether it was accepted.
+fn try_one(bytes: &[u8], place: &Place) -> bool {
+    let made = || {
+        let read = source::text(bytes, &MAP).and_then(parse).map_err(named("file\u{1b}"))?;
+        let placed = place::all(vec![("file\u{1b}".to_owned(), read)], place)?;
+        Ok::<_, crate::MapError>(thin::fit(placed, true))
+    };
+    match made() {
+        Err(error) => {
+            check_message(&error.to_string());
+            false
+        }
+        Ok(Err(message)) => {
+            check_message(&message);
+            false
+        }
+        Ok(Ok(packed)) => {
+            packed.note.iter().for_each(|note| check_message(note));
+            check(&packed.gz).unwrap();
+            true
+        }
+    }
+}
+
+#[test]
+fn any_sumo_map_is_read_or_refused() {
+    let files = corpus("sumo");
+    let place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
+    files.iter().for_each(|file| assert!(try_one(file, &place)));
+    run("SUMO map", 0.1, |choices| {
+        let place = somewhere(choices);
+        try_one(&choices.mutated(&files, &SUMO), &place)
+    });
+}
+
+#[test]
+fn any_geojson_is_read_or_refused() {
+    let files = corpus("geojson");
+    run("GeoJSON", 0.1, |choices| {
+        let place = somewhere(choices);
+        try_one(&choices.mutated(&files, &GEOJSON), &place)
+    });
+}
+
+/// A record's map may be anybody's.
+#[test]
+fn any_packed_map_is_read_or_refused() {
+    let place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
+    let unpacked = |bytes: &[u8]| {
+        let read = source::text(bytes, &MAP).and_then(parse).unwrap();
+        let placed = place::all(vec![(String::new(), read)], &place).unwrap();
+        let gz = thin::fit(placed, true).unwrap().gz;
+        let mut json = Vec::new();
+        std::io::copy(&mut flate2::read::GzDecoder::new(&gz[..]), &mut json).unwrap();
+        json
+    };
+    let files: Vec<_> = corpus("sumo").iter().map(|file| unpacked(file)).collect();
+    run("packed map", 0.02, |choices| {
+        let json =
+            choices.mutated(&files, &["[", "]", "{", "}", ",", "\"lines\":", "\"minor\"", "-1", "2147483648", "null"]);
+        let mut gz = GzEncoder::new(Vec::new(), Compression::fast());
+        std::io::copy(&mut &json[..], &mut gz).unwrap();
+        match check(&choices.damaged(gz.finish().unwrap())) {
+            Ok(()) => true,
+            Err(message) => {
+                check_message(&message);
+                false
+            }
+        }
+    });
+}

@@ -1,0 +1,147 @@
+// What lies under the vehicles: roads and buildings, their layer, and maps as strangers make them.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { gunzipSync } from "node:zlib";
+
+import { camera, folder, goTo, painted, picture } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+
+/** Waits until everything that lies under the vehicles is drawn. */
+async function drawn(page) {
+  await painted(page);
+  await page.waitForSelector('#map[data-underlay-tiles="all"]');
+  await painted(page);
+}
+
+async function layer(page) {
+  if (!(await page.locator("#layers").isVisible())) await page.locator("summary", { hasText: "Layers" }).click();
+  return page.getByLabel("Roads and buildings");
+}
+
+/** Colours of the map at places of the world, as "r,g,b"; `beside`: the darkest of so many pixels around each. */
+async function colours(page, places, beside = 0) {
+  await painted(page);
+  return page.locator("#map").evaluate((canvas, { places, beside }) => {
+    const { eastM, northM, pxPerM } = canvas.dataset;
+    const pen = canvas.getContext("2d");
+    const ratio = canvas.width / canvas.clientWidth;
+    return places.map(([x_m, y_m]) => {
+      const x = (canvas.clientWidth / 2 + (x_m - eastM) * pxPerM) * ratio;
+      const y = (canvas.clientHeight / 2 - (y_m - northM) * pxPerM) * ratio;
+      const side = 2 * beside + 1;
+      const { data } = pen.getImageData(Math.floor(x) - beside, Math.floor(y) - beside, side, side);
+      const found = Array.from({ length: side * side }, (_, k) => [...data.slice(4 * k, 4 * k + 3)]);
+      return String(found.reduce((a, b) => (a[0] + a[1] + a[2] <= b[0] + b[1] + b[2] ? a : b)));
+    });
+  }, { places, beside });
+}
+
+/** Only what lies below: of the other layers nothing is shown. */
+async function alone(page) {
+  await layer(page);
+  for (const box of await page.getByRole("group", { name: "Layers" }).getByRole("checkbox").all()) {
+    if ((await box.getAttribute("name")) !== "layer-underlay" && (await box.isChecked())) await box.click();
+  }
+}
+
+/** Middles of the roads of a record's map, m. */
+function roads(flight) {
+  const { layers } = JSON.parse(gunzipSync(readFileSync(join(folder(flight), "map.json.gz"))));
+  return layers.flatMap(({ lines }) => lines.map(([x, y, dx, dy]) => [(x + dx / 2) / 10, (y + dy / 2) / 10]));
+}
+
+/** Where the cars of the city are, as its traffic file says. */
+function vehicles(time_s) {
+  const text = gunzipSync(readFileSync(new URL("../../scenarios/traffic/city.fcd.xml.gz", import.meta.url))).toString();
+  const step = text.split(`<timestep time="${time_s.toFixed(2)}">`)[1].split("</timestep>")[0];
+  return [...step.matchAll(/ x="([^"]+)" y="([^"]+)"/g)].map(([, x, y]) => [Number(x), Number(y)]);
+}
+
+const LIGHT = { ground: "255,255,255", minor: "219,224,230" };
+
+inReport("a city's roads are drawn where they are, under the vehicles, and their layer takes them away", { flight: "city" }, async (page) => {
+  await goTo(page, 40);
+  await page.keyboard.press("0");
+  await drawn(page);
+  assert.ok(Number(await page.locator("#map").getAttribute("data-underlay")) > 500, "lines and areas were loaded");
+  const whole = await picture(page);
+  await alone(page);
+  for (let press = 0; press < 6; press++) await page.keyboard.press("+");
+  await drawn(page);
+  const { x_m, y_m, px_per_m } = await camera(page);
+  const near = roads("city").filter(([x, y]) => Math.abs(x - x_m) * px_per_m < 300 && Math.abs(y - y_m) * px_per_m < 200);
+  assert.ok(near.length >= 2, `roads in sight: ${near.length}`);
+  for (const colour of await colours(page, near, 1)) assert.equal(colour, LIGHT.minor, "the middle of a road");
+  // Houses stand in the middle between streets that are 230 m apart: nothing is there.
+  for (const colour of await colours(page, near.map(([x, y]) => [x + 25, y + 25]))) assert.equal(colour, LIGHT.ground);
+  const box = await layer(page);
+  await box.click();
+  for (const colour of await colours(page, near, 1)) assert.equal(colour, LIGHT.ground, "without the layer");
+  await box.click();
+  await page.keyboard.press("0");
+  for (const other of await page.getByRole("group", { name: "Layers" }).getByRole("checkbox").all()) {
+    if (!(await other.isChecked())) await other.click();
+  }
+  await drawn(page);
+  assert.ok((await picture(page)) === whole, "everything is as it was");
+});
+
+inReport("the vehicles of the traffic file are on the roads", { flight: "city" }, async (page) => {
+  await goTo(page, 100);
+  await alone(page);
+  await page.getByLabel("Follow").selectOption("group 1");
+  for (let press = 0; press < 3; press++) await page.keyboard.press("+");
+  await drawn(page);
+  const seen = await camera(page);
+  const near = vehicles(100).filter(([x, y]) => Math.abs(x - seen.x_m) * seen.px_per_m < 300 && Math.abs(y - seen.y_m) * seen.px_per_m < 200);
+  assert.ok(near.length >= 4, `vehicles in sight: ${near.length}`);
+  assert.ok(!(await colours(page, near)).includes(LIGHT.ground), "none is beside them");
+});
+
+inReport("what lies below follows the camera and the zoom, in both themes", { flight: "city" }, async (page) => {
+  await alone(page);
+  await page.getByLabel("Follow").selectOption("uav 0");
+  await page.evaluate(() => document.activeElement.blur());
+  for (const [time_s, press] of [[10, "+"], [30, "-"], [50, "-"], [90, "+"]]) {
+    await goTo(page, time_s);
+    for (let k = 0; k < 3; k++) await page.keyboard.press(press);
+    await drawn(page);
+    const { x_m, y_m, px_per_m } = await camera(page);
+    const near = roads("city").filter(([x, y]) => Math.abs(x - x_m) * px_per_m < 300 && Math.abs(y - y_m) * px_per_m < 200);
+    const hit = (await colours(page, near, 1)).filter((colour) => colour !== LIGHT.ground).length;
+    assert.ok(near.length > 0 && hit === near.length, `${hit} of ${near.length} roads at ${time_s} s, ${px_per_m} px per m`);
+  }
+  await page.keyboard.press("t");
+  await drawn(page);
+  const { x_m, y_m } = await camera(page);
+  for (const value of (await colours(page, [[x_m, y_m]]))[0].split(",")) assert.ok(Number(value) < 90, `dark: ${value}`);
+});
+
+inReport("a run without a map has no switch for it", {}, async (page) => {
+  await page.locator("summary", { hasText: "Layers" }).click();
+  assert.equal(await page.getByLabel("Roads and buildings").count(), 0);
+  assert.equal(await page.locator("#map").getAttribute("data-underlay"), null);
+});
+
+inReport("a map with hostile names does no harm, and who made it is said", { flight: "hostile-map" }, async (page) => {
+  await page.evaluate(() => {
+    const { fillText } = CanvasRenderingContext2D.prototype;
+    window.said = [];
+    CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
+      window.said.push(text);
+      fillText.call(this, text, ...at);
+    };
+  });
+  await goTo(page, 10);
+  await drawn(page);
+  const said = await page.evaluate(() => window.said);
+  assert.ok(said.includes("\u00a9 OpenStreetMap contributors"), `${said}`);
+  const text = await page.content();
+  assert.ok(!text.includes("onerror=alert(2)"), "nothing of a map's names is in the page");
+  const box = await layer(page);
+  const before = await picture(page);
+  await box.click();
+  assert.ok((await picture(page)) !== before, "without its layer the picture is another one");
+});
