@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
+use standoff_sim::record::RecordError;
 use standoff_sim::scenario::{MISTAKES_MAX, Problem, Scenario, ScenarioError};
 use standoff_sim::text;
 
@@ -76,6 +77,11 @@ fn drawn(problem: &Problem) -> String {
 /// A thread could not be started.
 pub(crate) fn no_thread(reason: io::Error) -> Failure {
     Failure::running(format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)"))
+}
+
+/// A record that is not what it should be is wrong input.
+pub(crate) fn of_record(error: RecordError) -> Failure {
+    if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
 }
 
 /// What is wrong with parameters, a line each.

@@ -8,8 +8,7 @@ use standoff_sim::record::Record;
 use standoff_sim::scenario::{MAPS_MAX, MapFile, Scenario, Targets};
 use standoff_view::serve::Bytes;
 
-use crate::failure::{Failure, note};
-use crate::tell::of_record;
+use crate::failure::{Failure, note, of_record};
 
 /// Maps to look at, in the place of those that the scenario names.
 #[derive(Args, Clone, Default)]

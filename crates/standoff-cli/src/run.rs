@@ -18,12 +18,12 @@ use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, note, refused, warn};
+use crate::failure::{Failure, note, of_record, refused, warn};
 use crate::interruption::Interruption;
 use crate::maps::Maps;
 use crate::mcap::Mcap;
 use crate::outcome::{Telling, Wanted, lines};
-use crate::tell::{Told, of_record, tell};
+use crate::tell::{Told, tell};
 use crate::watch::{Pace, Served, Watched, manifest, rate};
 use crate::yardstick;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use standoff_sim::disk;
-use standoff_sim::record::{MAP, Record, RecordError};
+use standoff_sim::record::{MAP, Record};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_sim::text;
@@ -11,7 +11,7 @@ use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
-use crate::failure::{Failure, note};
+use crate::failure::{Failure, note, of_record};
 use crate::maps::Maps;
 use crate::outcome::{Events, Outcome, PerTarget, Telling, lines};
 
@@ -137,11 +137,6 @@ pub(crate) fn settings_of(record: &Record) -> Result<Settings, Failure> {
         }
     }
     Ok(settings)
-}
-
-/// A record that is not what it should be is wrong input.
-pub(crate) fn of_record(error: RecordError) -> Failure {
-    if error.is_wrong_input() { Failure::input(error) } else { Failure::running(error) }
 }
 
 /// Says so if there are more events than a page is given.

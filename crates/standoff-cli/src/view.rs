@@ -16,12 +16,12 @@ use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, no_thread, note, print, refused, warn};
+use crate::failure::{Failure, no_thread, note, of_record, print, refused, warn};
 use crate::interruption::Interruption;
 use crate::maps::Maps;
 use crate::monte_carlo::failure;
 use crate::outcome::{Wanted, lines};
-use crate::tell::{of_record, settings_of, tell_end};
+use crate::tell::{settings_of, tell_end};
 use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\

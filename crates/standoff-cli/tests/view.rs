@@ -26,8 +26,12 @@ impl Drop for Serving {
 }
 
 fn start(folder: &Path, args: &[&str]) -> Child {
+    start_plainly(folder, &[args, &["--no-open"]].concat())
+}
+
+fn start_plainly(folder: &Path, args: &[&str]) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    command.current_dir(folder).args(args).arg("--no-open").stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.current_dir(folder).args(args).stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().unwrap()
 }
 
@@ -128,6 +132,28 @@ fn a_record_is_shown_with_its_outcome_and_strangers_are_not() {
     assert_eq!(serving.ask("/", &format!("localhost:{port}")).0, 200);
     #[cfg(unix)]
     assert_eq!(serving.interrupt().0, Some(0));
+}
+
+/// The map that a scenario names is there, flown or read, live or of a batch.
+#[test]
+fn what_lies_under_the_vehicles_is_served() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = |args: &[&str]| assert!(start_plainly(folder.path(), args).wait_with_output().unwrap().status.success());
+    done(&["run", "traffic/convoy", "--set", "duration_s=5", "--out", "convoy"]);
+    done(&["monte-carlo", "traffic/convoy", "--set", "duration_s=5", "--runs", "2", "--out", "batch"]);
+    for (args, base) in [
+        (&["view", "convoy"][..], "/replay"),
+        (&["view", "traffic/convoy", "--set", "duration_s=5"], "/replay"),
+        (&["view", "batch"], "/run/0/1/replay"),
+    ] {
+        let serving = Serving::view(folder.path(), args);
+        assert!(serving.get(&format!("{base}/head.json")).1.contains("\"map\":true"), "{args:?}");
+        let (status, body) = serving.get(&format!("{base}/map.json"));
+        assert!(status == 200 && body.contains("\"kind\":\"minor\""), "{args:?}: {status}");
+    }
+    let without = Serving::view(folder.path(), &["view", "tour/01-one-uav"]);
+    assert!(without.get("/replay/head.json").1.contains("\"map\":false"));
+    assert_eq!(without.get("/replay/map.json").0, 404);
 }
 
 /// Flown from the scenario or read from the record: the page gets the same bytes.

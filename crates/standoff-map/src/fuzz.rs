@@ -13,8 +13,9 @@ use mutation::Choices;
 use standoff_sim::source;
 use standoff_sim::traffic::Origin;
 
+use crate::error::{MapError, named};
 use crate::packed::check;
-use crate::{Bounds, MAP, Place, named, parse, place, thin};
+use crate::{Bounds, MAP, Place, parse, place, thin};
 
 /// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
 const ITERATIONS: usize = 5_000;
@@ -136,7 +137,7 @@ fn try_one(bytes: &[u8], place: &Place) -> bool {
     let made = || {
         let read = source::text(bytes, &MAP).and_then(parse).map_err(named("file\u{1b}"))?;
         let placed = place::all(vec![("file\u{1b}".to_owned(), read)], place)?;
-        Ok::<_, crate::MapError>(thin::fit(placed, true))
+        Ok::<_, MapError>(thin::fit(placed, true))
     };
     match made() {
         Err(error) => {

@@ -10,6 +10,7 @@
 //! Nothing that is flown depends on a map. A file that is hostile, too large, no map or in no frame that can be placed is
 //! refused with a sentence: [`MapError`].
 
+mod error;
 #[cfg(test)]
 mod fuzz;
 mod geojson;
@@ -24,40 +25,18 @@ mod tests;
 mod thin;
 
 use standoff_sim::scenario::MapFile;
-use standoff_sim::source::{self, Fault, Position, Text, Wanted};
-use standoff_sim::text;
-use standoff_sim::traffic::Origin;
+use standoff_sim::source::{self, Fault, Text, Wanted};
 
+pub use error::MapError;
 pub use packed::{FILE, Packed, of_record};
+pub use place::Place;
 pub use shape::Bounds;
 
+use error::named;
 use place::Read;
-
-/// Why a map cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}{}: {message}", text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
-pub struct MapError {
-    /// The file, as the caller named it.
-    pub file: String,
-    /// Where in the (unpacked) text; `None` if the fault is of the file as a whole.
-    pub position: Option<Position>,
-    /// What is wrong, without the place.
-    pub message: String,
-    /// What was named is all right, as far as is known: the machine failed to read it.
-    pub is_machine_s: bool,
-}
 
 /// What is wanted.
 static MAP: Wanted = Wanted { what: "map", whole: "a map", formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON" };
-
-/// Where a run is flown.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Where its plane touches the earth, if it is known.
-    pub origin: Option<Origin>,
-    /// Where its vehicles and UAVs are, m in the plane.
-    pub bounds: Bounds,
-}
 
 /// Reads, places, thins and packs maps. Fails at the first that cannot be used.
 pub fn pack(files: &[MapFile], place: &Place) -> Result<Packed, MapError> {
@@ -86,13 +65,6 @@ fn all_names(files: &[MapFile]) -> String {
         MapFile::OnDisk(path) => path.display().to_string(),
     };
     files.iter().map(name).collect::<Vec<_>>().join(", ")
-}
-
-fn named(file: &str) -> impl FnOnce(Fault) -> MapError {
-    move |fault| {
-        let Fault { position, message, is_machine_s } = fault;
-        MapError { file: file.to_owned(), position, message, is_machine_s }
-    }
 }
 
 fn parse(mut text: Text<'_>) -> Result<Read, Fault> {

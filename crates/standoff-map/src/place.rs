@@ -8,10 +8,20 @@ use proj4rs::transform::transform;
 use standoff_geodesy::LocalPlane;
 use standoff_sim::source::{Fault, Position};
 use standoff_sim::text::{quoted, words};
+use standoff_sim::traffic::Origin;
 
+use crate::error::{MapError, named};
 use crate::limit::{FURTHEST_M, MARGIN_M};
 use crate::shape::{Bounds, Form, Point, Shape};
-use crate::{MapError, Place, named};
+
+/// Where a run is flown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Where its plane touches the earth, if it is known.
+    pub origin: Option<Origin>,
+    /// Where its vehicles and UAVs are, m in the plane.
+    pub bounds: Bounds,
+}
 
 /// What is in a file.
 #[derive(Debug)]

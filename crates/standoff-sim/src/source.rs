@@ -5,6 +5,7 @@ mod kind;
 pub mod limit;
 mod line_ends;
 mod lines;
+mod wanted;
 pub mod xml;
 
 use std::fs::File;
@@ -18,17 +19,7 @@ use kind::{GZIP, HEAD, check_encoding, check_packing, check_unpacked};
 use limit::{DEFLATE_RATIO, DENSE_TEXT, MAX_IDLE, MAX_RATIO, MAX_TEXT};
 use line_ends::LineEnds;
 pub use lines::{Fault, Lines, Position, input_fault};
-
-/// What a file is read for: the words of messages.
-#[derive(Debug, Clone, Copy)]
-pub struct Wanted {
-    /// In a word.
-    pub what: &'static str,
-    /// With its article, if it has one.
-    pub whole: &'static str,
-    /// What it must be.
-    pub formats: &'static str,
-}
+pub use wanted::Wanted;
 
 /// A text that is read piece by piece.
 pub type Text<'a> = Lines<Box<dyn Read + 'a>>;

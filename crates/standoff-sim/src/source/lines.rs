@@ -3,8 +3,8 @@
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 
-use super::Wanted;
 use super::limit::MAX_PIECE;
+use super::wanted::Wanted;
 use crate::input;
 
 /// Place in a text.
