@@ -187,3 +187,17 @@ test("a page from elsewhere gets nothing, by request or by socket", limits, asyn
   stranger.close();
   assert.equal(await view.end(), 0);
 });
+
+test("a page that has not all of the run's events says how many there are, and where", limits, async () => {
+  const view = await serving("view", "tour/01-one-uav");
+  const prepare = (page) => page.route("**/head.json", async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, json: { ...(await response.json()), events_left_out: 12345 } });
+  });
+  const { page, complaints, close } = await watching(view.address, prepare);
+  await page.click("#tab-events");
+  await page.waitForFunction(() => /; the run has 12,345 more, later ones: they are in events.parquet only$/.test(document.getElementById("count").textContent));
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await view.end(), 0);
+});

@@ -97,3 +97,85 @@ inReport("keys play, change the speed and go from event to event, also while the
   await page.keyboard.press(" ");
   assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "false");
 });
+
+inReport("space plays wherever a click has left the focus, and enter presses a button reached by keys", {}, async (page) => {
+  const isPlaying = async () => (await page.locator("#play").getAttribute("aria-pressed")) === "true";
+  const spacePlays = async (what) => {
+    for (const wanted of [!(await isPlaying()), await isPlaying()]) {
+      await page.keyboard.press(" ");
+      await painted(page);
+      assert.equal(await isPlaying(), wanted, `space after ${what}`);
+    }
+  };
+  const clicked = new Set();
+  for (const tab of ["Charts", "State", "Events", "Outcome"]) {
+    await page.getByRole("tab", { name: tab }).click();
+    await spacePlays(`the tab ${tab}`);
+    const controls = page.locator("button:visible, summary:visible, input[type=checkbox]:visible, input[type=range]:visible");
+    for (let k = 0; k < (await controls.count()); k++) {
+      const control = controls.nth(k);
+      const id = await control.evaluate((one) => one.id || one.name || one.textContent);
+      if (clicked.has(id) || id.startsWith("tab-")) continue;
+      clicked.add(id);
+      // A chart's own buttons are plotly's; a picture of a chart is saved by others' tests.
+      if (id === "png" || id === "csv") continue;
+      await control.click();
+      if (await page.getByRole("dialog").count()) await page.keyboard.press("Escape");
+      if (await isPlaying()) await page.locator("#play").click();
+      await spacePlays(id);
+    }
+  }
+  for (const id of ["play", "back", "on", "fit", "ruler", "zoom-in", "theme", "keys", "link", "time", "routine"]) {
+    assert.ok(clicked.has(id), `${id} is among ${[...clicked]}`);
+  }
+  // By keys: space plays on a button, too; enter presses it; a checkbox, a list and a field keep the key.
+  await page.getByRole("tab", { name: "Events" }).click();
+  await goTo(page, 10);
+  await page.locator("#on").focus();
+  await spacePlays("a button that has the focus");
+  const from_s = await clock(page);
+  await page.keyboard.press("Enter");
+  await painted(page);
+  assert.ok((await clock(page)) > from_s, "enter presses it");
+  await page.locator("#routine").focus();
+  const was = await page.locator("#routine").isChecked();
+  await page.keyboard.press(" ");
+  assert.equal(await page.locator("#routine").isChecked(), !was);
+  await page.getByPlaceholder("UAV or target").focus();
+  await page.keyboard.type("UAV 1");
+  assert.equal(await page.getByPlaceholder("UAV or target").inputValue(), "UAV 1");
+  assert.equal(await isPlaying(), false);
+});
+
+inReport("the text of the event gone to stands beside the strip until time moves on, and shifts nothing", {}, async (page) => {
+  const told = page.locator("#told-event");
+  const boxes = () => page.evaluate(() => [...document.querySelectorAll("footer, footer *, #map")].filter((one) => one.id !== "now").map((one) => {
+    const { left, top, width, height } = one.getBoundingClientRect();
+    return one.closest("#tip, .clock") ? [] : [left, top, width, height];
+  }));
+  assert.equal(await told.getAttribute("aria-live"), "polite");
+  const words = [/^76\.0 s discarded \u2013 target-1, group 1: /, /^35\.0 s handoff-completed \u2013 target-1, group 0 to 1: /];
+  await page.getByRole("tab", { name: "Events" }).click();
+  await page.getByPlaceholder("UAV or target").fill("target-1");
+  await page.locator("#map").focus();
+  await goTo(page, 78);
+  const before = await boxes();
+  for (const wanted of words) {
+    await page.keyboard.press("p");
+    await painted(page);
+    assert.match(await told.textContent(), wanted);
+  }
+  assert.deepEqual(await boxes(), before);
+  await page.keyboard.press("ArrowRight");
+  await painted(page);
+  assert.equal(await told.textContent(), "");
+  const marks = await page.locator("#marks").boundingBox();
+  await page.mouse.click(marks.x + 0.76 * marks.width, marks.y + 4);
+  await painted(page);
+  assert.match(await told.textContent(), words[0]);
+  // While time runs on there is time to read.
+  await page.keyboard.press(" ");
+  await page.waitForFunction(() => Number(document.getElementById("clock").textContent) > 76.5);
+  assert.match(await told.textContent(), words[0]);
+  await page.waitForFunction(() => document.getElementById("told-event").textContent === "");
+});

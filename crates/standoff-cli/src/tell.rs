@@ -96,6 +96,7 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
     head.map = Maps::default().of_record(&record)?;
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
+    head.events_left_out = encoder.events_left_out();
     let save = |name: &str, text: &str| {
         disk::save_quickly(&dir.join(name), text).map_err(|reason| {
             let (path, place) = (text::path(&place.join(name)), text::path(place));

@@ -122,7 +122,8 @@ impl Watched {
         if let Some(part) = self.encoder.part() {
             self.replay.add(part);
         }
-        tell_left_out(self.encoder.events_left_out());
+        self.head.events_left_out = self.encoder.events_left_out();
+        tell_left_out(self.head.events_left_out);
         (self.head.outcome, self.head.live) = (outcome, false);
         self.replay.finish(&self.head).map_err(Failure::running)
     }

@@ -102,7 +102,7 @@ class Sieve {
   count() {
     const { film } = this.page;
     const left = film.head.events_left_out;
-    const more = left ? `; ${counted(left)} later ones are in events.parquet only` : "";
+    const more = left ? `; the run has ${counted(left)} more, later ones: they are in events.parquet only` : "";
     return `${counted(this.events.length)} of ${counted(film.events.length)} events${more}`;
   }
 }

@@ -19,7 +19,7 @@ class Link {
     const object = this.object(asked, told);
     if (object) page.choice.choose(object);
     if (object && asked.get("follow") === "1") page.choice.follow(object);
-    if (told.length) page.timeline.say(`The link ${told.join("; it ")}.`);
+    page.timeline.say(told.length ? `The link ${told.join("; it ")}.` : "");
   }
 
   seek(text, told) {

@@ -63,7 +63,6 @@ async function showReplay(sources) {
     page.timeline.renew();
     page.charts.renew();
   });
-  window.addEventListener("resize", () => page.timeline.renew());
   const name = page.runs.length > 1 ? nameViews(page) : () => {};
   pictures(page, name);
   const drawCharts = drawsCharts(page);

@@ -18,6 +18,7 @@ class Timeline {
     this.tip = element("tip");
     /** The event gone to, as long as time is there. */
     this.gone = null;
+    this.said_s = 0;
     this.sieve = new Sieve(page, () => this.sifted());
     this.list = new EventList(page, this.sieve, (event) => this.goTo(event));
     this.slider.addEventListener("input", () => clock.seek(Number(this.slider.value)));
@@ -28,6 +29,10 @@ class Timeline {
     });
     this.marks.addEventListener("pointermove", (move) => this.hint(move.offsetX));
     this.marks.addEventListener("pointerleave", () => (this.tip.hidden = true));
+    new ResizeObserver(() => {
+      this.strip();
+      page.renew();
+    }).observe(this.marks);
   }
 
   get film() {
@@ -81,8 +86,9 @@ class Timeline {
     this.say(`${event.time_s.toFixed(1)} s ${eventText(this.film, event)}${more}`);
   }
 
-  /** Says something beside the strip; `goTo`'s words go when time moves on. */
+  /** Says something beside the strip, until time moves on. */
   say(words) {
+    this.said_s = this.clock.time_s;
     this.told.textContent = this.told.title = words;
   }
 
@@ -99,7 +105,7 @@ class Timeline {
     this.goTo(together.find((event) => GRAVE.has(event.kind)) ?? together[0]);
   }
 
-  /** More has been loaded, or the page has another size or theme. */
+  /** More has been loaded, or the page has another theme. */
   renew() {
     const [first, last] = this.range_s;
     this.slider.min = first;
@@ -153,7 +159,7 @@ class Timeline {
   bars(events) {
     const bars = new Map();
     for (const event of events) {
-      const bar = Math.floor(this.x(event.time_s) / BAR);
+      const bar = Math.floor(Math.min(this.x(event.time_s), this.marks.clientWidth - 1) / BAR);
       if (!bars.has(bar)) bars.set(bar, [0, 0, 0]);
       bars.get(bar)[GRAVE.has(event.kind) ? 0 : HANDED.has(event.kind) ? 1 : 2] += 1;
     }
@@ -167,7 +173,7 @@ class Timeline {
     this.slider.setAttribute("aria-valuetext", `${time_s.toFixed(1)} seconds`);
     this.now.style.left = `${this.x(time_s)}px`;
     // While time runs on, there has to be time to read.
-    const away_s = this.gone ? time_s - this.gone.time_s : 0;
+    const away_s = time_s - this.said_s;
     if (Math.abs(away_s) > 1e-6 && !(playing && away_s > 0 && away_s < 3 * speed)) {
       this.gone = null;
       this.say("");

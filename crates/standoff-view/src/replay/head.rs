@@ -42,6 +42,13 @@ pub struct Head {
     /// It was ended before the mission was over.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub unfinished: bool,
+    /// How many of the run's events are in no part, because they are too many for a page.
+    #[serde(skip_serializing_if = "is_none")]
+    pub events_left_out: u64,
+}
+
+fn is_none(events: &u64) -> bool {
+    *events == 0
 }
 
 fn is_there<S: Serializer>(map: &Option<Bytes>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -82,6 +89,7 @@ impl Head {
             stride: 1,
             live: false,
             unfinished: manifest.unfinished,
+            events_left_out: 0,
         }
     }
 
