@@ -33,16 +33,25 @@ inReport("names of vehicles stay text in tables, events, marks, on the map and i
   await page.getByRole("tab", { name: "Events" }).click();
   await page.getByLabel("routine, too").check();
   await page.getByLabel("Kind").selectOption("cued");
-  const events = await page.locator("#events li").allTextContents();
+  const events = await page.locator("#events [role=option]").allTextContents();
   assert.equal(events.length, NAMES.length);
   for (const name of NAMES) assert.ok(events.some((words) => words.includes(` ${short(name)}, `) || words.includes(` ${short(name)}:`)), short(name));
   await page.getByLabel("Kind").selectOption("discarded");
-  await page.locator("#events button").click();
+  await page.locator("#events [role=option]").click();
   await painted(page);
   const warning = await page.getByRole("status").first().textContent();
   assert.ok(NAMES.some((name) => warning.includes(`discarded: ${short(name)}`)), warning);
   await page.locator("#marks").hover({ position: await page.locator("#marks").evaluate((marks) => ({ x: (53.5 / 60) * marks.clientWidth, y: 8 })) });
-  assert.match(await page.locator("#marks").getAttribute("title"), /discarded|orbit-infeasible/);
+  assert.match(await page.locator("#tip").textContent(), /discarded|orbit-infeasible/);
+  // The field for a vehicle proposes the names as they are, and finds the events of each.
+  await page.getByLabel("Kind").selectOption("cued");
+  const field = page.getByPlaceholder("UAV or target");
+  for (const name of NAMES.filter((name) => name === name.trim() && !/[\r\n]/.test(name))) {
+    await field.fill(name);
+    await painted(page);
+    const shown = await page.locator("#events [role=option]").allTextContents();
+    assert.ok(shown.length >= 1 && shown.every((words) => words.includes(short(name))), `${name}: ${shown}`);
+  }
   assert.deepEqual(await foreign(page), []);
 });
 
