@@ -35,11 +35,20 @@ for (const theme of THEMES) {
       await page.getByRole("tab", { name }).click();
       await axe(page, `${name}, ${theme}`);
     }
-    await page.locator(".tools summary").click();
     await page.getByRole("tab", { name: "Charts" }).click();
     await page.getByRole("button", { name: "Panels" }).click();
     await axe(page, `panels, ${theme}`);
     await page.keyboard.press("Escape");
+    await page.getByLabel("Find").fill("nowhere");
+    await page.keyboard.press("Enter");
+    await page.getByLabel("Find").fill("target-1");
+    await page.keyboard.press("Enter");
+    await page.getByRole("region", { name: "What is chosen" }).waitFor();
+    const map = await page.locator("#map").boundingBox();
+    await page.mouse.move(map.x + map.width / 2, map.y + map.height / 2);
+    await page.getByRole("tooltip").waitFor();
+    await axe(page, `cards, ${theme}`);
+    await page.locator(".tools summary").click();
     await page.getByRole("button", { name: "Keys" }).click();
     await axe(page, `help and layers, ${theme}`);
   });
@@ -161,7 +170,7 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "summary", "tab-charts", "panel-choice", "png", "csv",
+  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "only", "find", "summary", "map-png", "tab-charts", "panel-choice", "png", "csv",
     "curve-uavs-0",
     "play", "back", "on", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "tabs are one stop");

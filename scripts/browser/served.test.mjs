@@ -119,6 +119,40 @@ test("a page opened late never shows targets of another time than the UAVs, and 
   assert.equal(await run.end(), 1);
 });
 
+test("the map of a run that is flown grows with it, rarely and smoothly, until it is moved by hand", limits, async () => {
+  const run = await serving("run", "paper/table-2-pair", "--view", "--rate", "10", "--out", "grows");
+  const { page, complaints, close } = await watching(run.address);
+  await page.getByRole("tab", { name: "State" }).click();
+  const look = () => page.evaluate(() => {
+    const map = document.getElementById("map");
+    const { eastM, northM, pxPerM } = map.dataset;
+    const uavs = [...document.querySelectorAll("#uavs tbody tr")].map((row) =>
+      ["x_m", "y_m"].map((field) => Number(row.querySelector(`[data-field=${field}]`).textContent.replace("\u2212", "-"))));
+    const off = ([x_m, y_m]) => [Math.abs(x_m - eastM) * pxPerM - map.clientWidth / 2, Math.abs(y_m - northM) * pxPerM - map.clientHeight / 2];
+    return { px_per_m: Number(pxPerM), x_m: Number(eastM), off_px: Math.max(...uavs.flatMap(off)) };
+  });
+  const looks = [];
+  do {
+    looks.push(await look());
+    await page.waitForTimeout(50);
+  } while ((await shown_s(page)) < 90 && looks.length < 400);
+  assert.ok(looks.length > 10, `${looks.length} looks`);
+  // A UAV may be half a second ahead of the map that glides after it.
+  for (const { off_px } of looks) assert.ok(off_px < 20, `a UAV is ${off_px} px outside`);
+  assert.ok(looks.at(-1).px_per_m < 0.9 * looks[0].px_per_m, `${looks[0].px_per_m} to ${looks.at(-1).px_per_m}`);
+  const steps = looks.slice(1).map((now, k) => Math.abs(Math.log(now.px_per_m / looks[k].px_per_m)));
+  assert.ok(Math.max(...steps) < Math.log(1.5), `no step is large: ${Math.max(...steps)}`);
+  const still = steps.filter((step) => step === 0).length;
+  assert.ok(still > looks.length / 20, `it stands still in ${still} of ${looks.length} looks`);
+  await page.getByRole("button", { name: "Zoom in" }).click();
+  const held = await look();
+  await page.waitForFunction(() => document.getElementById("clock").dateTime === "PT100.000S");
+  assert.equal((await look()).x_m, held.x_m, "it stays where a hand has moved it");
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await run.end(), 0);
+});
+
 test("a run ends as soon with a page that reads nothing as with none", limits, async () => {
   const run = await serving("run", "tour/02-two-uavs", "--view", "--rate", "100", "--out", "slow");
   const { page } = await watching(run.address);

@@ -90,6 +90,7 @@ class State {
   /** The instant shown as a table: UAVs, groups and targets below one another, in SI units. */
   saveCsv() {
     const { film, choice } = this.page;
+    if (!this.scene) return;
     const { time_s, uavs, groups, targets } = this.scene;
     const shown = (targets ?? []).filter((target) => choice.passes(target.group));
     const of = (kind, some) => some.map((one) => ({ ...one, kind, name: objectName(film, { kind, id: one.id }) }));
