@@ -8,11 +8,11 @@ const UNDERLAY = {
 };
 
 class Underlay {
-  /** Side of a tile, px of the screen. */
+  /** Side of a tile, px of the screen. It is drawn in quarters, so that none takes long. */
   static TILE = 512;
-  /** Most tiles that are kept: a screen of 3840 x 2160 has 54, and as many around it. */
-  static KEPT = 128;
-  /** How long a picture may draw tiles, ms; one is drawn in any case. */
+  /** So many times the tiles in sight are kept, for who goes back. */
+  static KEPT = 3;
+  /** How long a picture may draw tiles, ms; a quarter of one is drawn in any case. */
   static BUDGET_MS = 8;
   /** After so long without another zoom the tiles of the new scale are drawn, ms; until then the old ones are stretched. */
   static REST_MS = 120;
@@ -131,16 +131,15 @@ class Underlay {
     const [j0, j1] = [Math.floor(top / TILE), Math.floor((top + height - 1) / TILE)];
     let drawn = 0;
     const hasTime = () => drawn === 0 || performance.now() - from_ms < BUDGET_MS;
+    /** The picture of a tile, if it is whole by now. */
     const tile = (i, j) => {
       const key = `${i} ${j}`;
-      let canvas = tiles.get(key);
-      if (!canvas && hasTime()) {
-        canvas = this.tile(i, j, scale);
-        drawn += 1;
-      } else if (canvas) tiles.delete(key);
+      const held = tiles.get(key) ?? { canvas: null, quarters: 0 };
+      for (; held.quarters < 4 && hasTime(); held.quarters++, drawn++) this.quarter(held, i, j, scale);
       // The one used last comes last.
-      if (canvas) tiles.set(key, canvas);
-      return canvas;
+      tiles.delete(key);
+      tiles.set(key, held);
+      return held.quarters === 4 ? held.canvas : null;
     };
     const shown = [];
     let missing = false;
@@ -156,13 +155,14 @@ class Underlay {
     for (const [canvas, x, y] of shown) pen.drawImage(canvas, x, y);
     if (missing) this.renew();
     // Whoever follows comes there next.
-    for (let i = i0 - 1; i <= i1 + 1 && !missing && drawn === 0; i++) {
-      for (const j of [j0 - 1, ...(i < i0 || i > i1 ? Array.from({ length: j1 - j0 + 1 }, (_, k) => j0 + k) : []), j1 + 1]) {
-        if (drawn === 0 && !tiles.has(`${i} ${j}`)) tile(i, j);
+    for (let i = i0 - 1; i <= i1 + 1; i++) {
+      for (let j = j0 - 1; j <= j1 + 1; j++) {
+        if (!missing && drawn === 0 && tiles.get(`${i} ${j}`)?.quarters !== 4) tile(i, j);
       }
     }
+    const most = KEPT * (i1 - i0 + 1) * (j1 - j0 + 1) + 16;
     for (const key of tiles.keys()) {
-      if (tiles.size <= KEPT) break;
+      if (tiles.size <= most) break;
       tiles.delete(key);
     }
     this.canvas.dataset.underlayTiles = missing ? "some" : "all";
@@ -173,7 +173,8 @@ class Underlay {
     if (!level) return;
     const by = scale / level.scale;
     const side = Underlay.TILE * by;
-    for (const [key, canvas] of level.tiles) {
+    for (const [key, { canvas, quarters }] of level.tiles) {
+      if (quarters < 4) continue;
       const [i, j] = key.split(" ").map(Number);
       const [x, y] = [i * side - left, j * side - top];
       if (x + side < 0 || y + side < 0 || x > pen.canvas.width || y > pen.canvas.height) continue;
@@ -181,33 +182,43 @@ class Underlay {
     }
   }
 
-  /** A picture of a part of the plane. */
-  tile(i, j, scale) {
-    const { TILE, CELL_M } = Underlay;
-    const canvas = document.createElement("canvas");
-    canvas.width = canvas.height = TILE;
-    const pen = canvas.getContext("2d", { alpha: false });
+  /** The shapes that may be in a rectangle, in the order in which they lie on one another. */
+  near(west, east, south, north) {
+    const cell = (value) => Math.floor(value / Underlay.CELL_M);
+    const [left, right, low, high] = [cell(west), cell(east), cell(south), cell(north)];
+    if ((right - left + 1) * (high - low + 1) > this.cells.size / 2) return this.shapes;
+    const found = new Set(this.large);
+    for (let i = left; i <= right; i++) {
+      for (let j = low; j <= high; j++) for (const index of this.cells.get(`${i} ${j}`) ?? []) found.add(index);
+    }
+    return Array.from(Uint32Array.from(found).sort(), (index) => this.shapes[index]);
+  }
+
+  /** Draws the next quarter of a tile. */
+  quarter(tile, tileI, tileJ, scale) {
+    const side = Underlay.TILE / 2;
+    if (!tile.canvas) {
+      tile.canvas = document.createElement("canvas");
+      tile.canvas.width = tile.canvas.height = Underlay.TILE;
+      tile.pen = tile.canvas.getContext("2d", { alpha: false });
+    }
+    const [across, down] = [tile.quarters % 2, tile.quarters >> 1];
+    const [i, j] = [2 * tileI + across, 2 * tileJ + down];
+    const { pen } = tile;
     const colours = palette().underlay;
+    pen.save();
+    pen.translate(across * side, down * side);
+    pen.beginPath();
+    pen.rect(0, 0, side, side);
+    pen.clip();
     pen.fillStyle = palette().ground;
-    pen.fillRect(0, 0, TILE, TILE);
+    pen.fillRect(0, 0, side, side);
     // As far as the widest line reaches.
     const reach_m = 60 + 4 / scale;
-    const [west, east] = [(i * TILE) / scale - reach_m, ((i + 1) * TILE) / scale + reach_m];
-    const [south, north] = [(-(j + 1) * TILE) / scale - reach_m, (-j * TILE) / scale + reach_m];
-    const cell = (value) => Math.floor(value / CELL_M);
-    const found = new Set(this.large);
-    if ((cell(east) - cell(west) + 1) * (cell(north) - cell(south) + 1) > this.cells.size) {
-      for (const held of this.cells.values()) for (const index of held) found.add(index);
-    } else {
-      for (let a = cell(west); a <= cell(east); a++) {
-        for (let b = cell(south); b <= cell(north); b++) for (const index of this.cells.get(`${a} ${b}`) ?? []) found.add(index);
-      }
-    }
-    // Shapes are in the order in which they lie on one another.
-    const order = [...found].sort((a, b) => a - b);
+    const [west, east] = [(i * side) / scale - reach_m, ((i + 1) * side) / scale + reach_m];
+    const [south, north] = [(-(j + 1) * side) / scale - reach_m, (-j * side) / scale + reach_m];
     const groups = new Map();
-    for (const index of order) {
-      const shape = this.shapes[index];
+    for (const shape of this.near(west, east, south, north)) {
       const { kind, width_m, area, rings } = shape;
       if (shape.east < west || shape.west > east || shape.north < south || shape.south > north) continue;
       // What is smaller than a pixel is not seen.
@@ -216,22 +227,23 @@ class Underlay {
       if (!groups.has(key)) groups.set(key, { kind, width_m, area, path: new Path2D() });
       const { path } = groups.get(key);
       for (const points of rings) {
-        path.moveTo(points[0] * scale - i * TILE, -points[1] * scale - j * TILE);
-        for (let k = 2; k < points.length; k += 2) path.lineTo(points[k] * scale - i * TILE, -points[k + 1] * scale - j * TILE);
+        path.moveTo(points[0] * scale - i * side, -points[1] * scale - j * side);
+        for (let k = 2; k < points.length; k += 2) path.lineTo(points[k] * scale - i * side, -points[k + 1] * scale - j * side);
         if (area) path.closePath();
       }
     }
-    pen.lineJoin = pen.lineCap = "round";
     for (const { kind, width_m, area, path } of groups.values()) {
       pen.fillStyle = pen.strokeStyle = colours[kind];
       if (area) {
         pen.fill(path, "evenodd");
       } else {
         pen.lineWidth = Math.max(width_m * scale, UNDERLAY[kind][0]);
+        // Round ends of thin lines cost much and are not seen.
+        [pen.lineJoin, pen.lineCap] = pen.lineWidth > 2 ? ["round", "round"] : ["bevel", "butt"];
         pen.stroke(path);
       }
     }
-    return canvas;
+    pen.restore();
   }
 
   /** Who made the map, if that has to be said. */
