@@ -253,6 +253,11 @@ class Underlay {
     pen.fillStyle = palette().faint;
     pen.textAlign = "right";
     pen.textBaseline = "bottom";
-    pen.fillText(String(this.credit).slice(0, 60), camera.width - 8, camera.height - 28);
+    // With a rim in the ground's colour, so that it can be read over roads.
+    pen.strokeStyle = palette().ground;
+    pen.lineWidth = 3;
+    const words = String(this.credit).slice(0, 60);
+    pen.strokeText(words, camera.width - 8, camera.height - 28);
+    pen.fillText(words, camera.width - 8, camera.height - 28);
   }
 }
