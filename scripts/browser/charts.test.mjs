@@ -174,7 +174,7 @@ inReport("a button of each name shows it alone; another theme keeps that; by key
   await button("UAV 2").focus();
   for (const key of ["ArrowRight", "ArrowRight", "ArrowRight"]) await page.keyboard.press(key);
   assert.equal(await page.evaluate(() => document.activeElement.textContent), "group 1");
-  await page.keyboard.press("Space");
+  await page.keyboard.press("Enter");
   await shows(["groups 1", "uavs 2"]);
   assert.equal(await page.evaluate(() => document.activeElement.textContent), "group 1", "the focus stays");
   assert.equal(await clock(page), 0, "the keys do not go to the page");
@@ -314,6 +314,7 @@ inReport("the panels say what they are, and can be put away", {}, async (page) =
   assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= 1280 && box.y + box.height <= 720, JSON.stringify(box));
   await list.getByRole("checkbox", { name: "Line of sight" }).uncheck();
   await page.keyboard.press("Escape");
+  assert.ok(await page.locator("#panel-list").isHidden());
   await page.waitForFunction(() => document.querySelector("[data-panel=line_of_sight]").hidden);
   assert.equal(await heading(/^Line of sight/).count(), 0);
   assert.equal(await heading(/^Speed/).count(), 1);
@@ -374,4 +375,109 @@ inReport("the charts can be saved as a PNG, with their names", {}, async (page) 
   }
   await page.waitForFunction(() => document.querySelectorAll(".panel[hidden]").length === 4);
   assert.ok((await saved()).high < high - 600, "panels put away are not in it");
+});
+
+/** Widths and opacities of a panel's traces, by what they are of; all values of what is in one trace. */
+async function looks(page, panel) {
+  const traces = (await drawn(page)).filter((trace) => trace.panel === panel);
+  return new Map(traces.map(({ of, id, width, opacity }) => [`${of} ${id}`, { width, opacity }]));
+}
+
+/** Chooses an object, as a reader does who knows its name. */
+async function choose(page, name) {
+  await page.getByLabel("Find").fill(name);
+  await page.keyboard.press("Enter");
+}
+
+inReport("what is chosen comes forward: a UAV and the group that it serves, a group and its UAVs", {}, async (page) => {
+  const record = recordOf("figure-9");
+  const plain = [...(await looks(page, "speed")).values()];
+  assert.ok(plain.every(({ width, opacity }) => width === plain[0].width && opacity === 1), "before, all are alike");
+  const front = async (panel) => {
+    const all = [...await looks(page, panel)];
+    const widest = Math.max(...all.map(([, { width }]) => width));
+    const names = all.filter(([, { width }]) => width === widest).map(([name]) => name);
+    assert.ok(all.every(([name, { width, opacity }]) => (names.includes(name) ? width > 2 && opacity === 1 : width < 2 && (opacity < 0.5 || name.startsWith("run")))), JSON.stringify(all));
+    // They are drawn last, on top.
+    assert.deepEqual(all.slice(-names.length).map(([name]) => name), names);
+    return names.sort();
+  };
+  const served = (id) => [...new Set(record.tables.uavs[id].group.filter((group) => group !== null))].map((group) => `groups ${group}`).sort();
+  await choose(page, "UAV 1");
+  await page.waitForFunction(() => [...document.querySelector("[data-panel=scan_sd] .plot").data].some(({ opacity }) => opacity < 1));
+  assert.deepEqual(await front("speed"), ["uavs 1"]);
+  assert.deepEqual(await front("scan_sd"), served(1));
+  assert.ok(await page.getByRole("toolbar", { name: "Curves" }).getByRole("button", { name: "UAV 1" }).evaluate((chip) => chip.classList.contains("front")));
+  const [group] = served(2);
+  await choose(page, group.replace("groups", "group"));
+  await page.waitForFunction((id) => document.querySelector("[data-panel=scan_sd] .plot").data.at(-1).meta[0].id === id, Number(group.split(" ")[1]));
+  await painted(page);
+  assert.deepEqual(await front("scan_sd"), [group]);
+  await page.waitForFunction(() => document.querySelector("[data-panel=turn_rate] .plot").data.filter(({ line }) => line.width > 2).length === 2);
+  assert.deepEqual(await front("speed"), record.ids("uavs").filter((id) => served(id).includes(group)).map((id) => `uavs ${id}`));
+});
+
+inReport("a target that is chosen has a panel of its own on top, whole, with where it was out of view", { flight: "slips" }, async (page) => {
+  const record = recordOf("slips");
+  const hidden = ({ in_view, group }) => in_view.some((is, k) => is === false && group[k] !== null);
+  const id = record.ids("targets").find((id) => hidden(record.tables.targets[id]));
+  const { error_m, in_view, group } = record.tables.targets[id];
+  await page.getByRole("region", { name: "Charts over time" }).evaluate((pane) => pane.scrollTo(0, 1e6));
+  await choose(page, record.names[id]);
+  const panel = page.locator("[data-panel=target]");
+  await panel.waitFor();
+  await page.waitForFunction((count) => document.querySelector("[data-panel=target] .plot").data?.[0]?.x.length >= count,
+    error_m.filter((value) => value !== null).length);
+  assert.match(await panel.getByRole("heading").textContent(), new RegExp(`^Target ${record.names[id]}, position error \\(m\\)`));
+  assert.ok(!(await panel.getByRole("heading").textContent()).includes("reading"), "all is read");
+  const { x, y, bands } = await panel.locator(".plot").evaluate(({ data, layout }) => ({
+    x: data[0].x, y: data[0].y, bands: layout.shapes.filter(({ type }) => type === "rect").map(({ x0, x1, fillcolor }) => [x0, x1, fillcolor]),
+  }));
+  const from = record.times_s.indexOf(x[0]);
+  same(y, error_m.slice(from, from + x.length), "its error", 1e-3);
+  // By instant: shaded as out of view exactly where it is.
+  const alarm = bands.map(([, , colour]) => colour).find((colour) => /rgba\(19|rgba\(2/.test(colour));
+  for (const [k, time_s] of record.times_s.slice(0, -1).entries()) {
+    const is = in_view[k] === false && group[k] !== null;
+    const shaded = bands.some(([x0, x1, colour]) => colour === alarm && time_s >= x0 && time_s < x1);
+    assert.equal(shaded, is, `at ${time_s} s`);
+  }
+  const box = await panel.boundingBox();
+  const pane = await page.getByRole("region", { name: "Charts over time" }).boundingBox();
+  assert.ok(Math.abs(box.y - pane.y) < 3, "it is in sight");
+  const groups = [...new Set(group.filter((one) => one !== null))];
+  await page.waitForFunction((count) => document.querySelector("[data-panel=scan_sd] .plot").data.filter(({ line }) => line.width > 2).length === count, groups.length);
+  await choose(page, "UAV 0");
+  await page.waitForFunction(() => document.querySelector("[data-panel=target]").hidden);
+});
+
+inReport("eight UAVs and many groups: names fit, the box tells ten, curves are told apart", { flight: "crowd" }, async (page) => {
+  const names = await page.getByRole("toolbar", { name: "Curves" }).getByRole("button").allTextContents();
+  assert.ok(names.includes("UAV 7") && names.length <= 16, `${names}`);
+  const legend = await page.locator("#legend").boundingBox();
+  assert.ok(legend.height <= 100, `${legend.height} px`);
+  const traces = await drawn(page);
+  const colours = await page.locator("[data-panel=speed] .plot").evaluate(({ data }) => data.map(({ line }) => line.color));
+  assert.equal(new Set(colours).size, 8);
+  assert.ok(traces.length < 100, `${traces.length} lines`);
+  const { rows, head } = await told(page, "standoff_distance", 0.5);
+  assert.equal(rows.length, 10, head);
+  assert.match(await page.locator("#hover").textContent(), /and \d+ more$/);
+  const took = await page.evaluate(async () => {
+    const chip = document.querySelector("#legend button");
+    const tries = [];
+    for (let k = 0; k < 5; k++) {
+      const from = performance.now();
+      let last = from;
+      const watch = new MutationObserver(() => (last = performance.now()));
+      watch.observe(document.getElementById("panels"), { subtree: true, childList: true, attributes: true });
+      chip.click();
+      await new Promise((resolve) => setTimeout(resolve, 1200));
+      watch.disconnect();
+      tries.push(last - from);
+    }
+    return Math.min(...tries);
+  });
+  // On a machine that does nothing else it takes a third of that.
+  assert.ok(took < 900, `drawn anew in ${took} ms`);
 });

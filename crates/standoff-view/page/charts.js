@@ -143,7 +143,7 @@ class Charts {
   /** Round times at which the grid and the axis have lines. */
   ticks() {
     const [first, last] = this.shown_s;
-    const rough = (last - first) / Math.max(2, Math.floor((this.width - PLOT_LEFT - PLOT_RIGHT) / 70));
+    const rough = (last - first) / Math.max(2, Math.floor((this.width - PLOT_LEFT - PLOT_RIGHT) / 55));
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= rough);
     const ticks = [];
@@ -213,7 +213,10 @@ class Charts {
       this.target = null;
     }
     if (id !== null) {
-      this.target ??= new TargetSeries(film, id);
+      if (!this.target) {
+        this.target = new TargetSeries(film, id);
+        this.place.parentElement.scrollTop = 0;
+      }
       if (this.target.share < 1) this.target.load(() => this.draw());
     }
     this.front = this.frontOf(object);
@@ -364,8 +367,16 @@ class Charts {
       return [label, about];
     };
     const list = element("panel-list");
+    // Before the page takes the key for something else.
+    document.addEventListener("keydown", (key) => {
+      if (key.key !== "Escape" || !list.matches(":popover-open")) return;
+      key.stopPropagation();
+      list.hidePopover();
+    }, true);
     list.addEventListener("beforetoggle", (toggle) => {
-      list.replaceChildren(...(toggle.newState === "open" ? PANELS.flatMap(row) : []));
+      const hint = document.createElement("p");
+      hint.append("A click in a chart goes to that time; a stretch that is dragged over is enlarged; a double click shows the whole run again.");
+      list.replaceChildren(...(toggle.newState === "open" ? [hint, ...PANELS.flatMap(row)] : []));
       const { bottom } = element("panel-choice").getBoundingClientRect();
       list.style.top = `${Math.min(bottom + 4, innerHeight / 2)}px`;
       list.style.right = "8px";

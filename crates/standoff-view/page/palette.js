@@ -3,9 +3,9 @@
 
 const PALETTES = {
   light: {
-    uavs: ["#010492", "#8a0778", "#7d5bf5", "#017fad", "#47055e", "#a980d6", "#5408b0", "#08496a",
-      "#5c559b", "#bf48cb", "#4590fd", "#892dc1"],
-    groups: ["#de7701", "#1aa700", "#026a01", "#143714", "#9c7e52", "#653a07", "#4da27e", "#4b7859"],
+    uavs: ["#0174fb", "#a4048b", "#1a02a5", "#43184c", "#82659e", "#997efd", "#035c9b", "#6831cd",
+      "#5d92d5", "#4a0885", "#ac4ad9", "#0e2b66"],
+    groups: ["#eb6e10", "#01a806", "#4a6702", "#502001", "#01a584", "#885a42", "#054e3d", "#8d925e"],
     ground: "#ffffff",
     underlay: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#efebe6", path: "#e6dfd2", rail: "#cfcfd8",
       minor: "#e0e5eb", major: "#d3dae3" },
@@ -16,9 +16,9 @@ const PALETTES = {
     none: "#7a8591",
   },
   dark: {
-    uavs: ["#b6ddff", "#be7f9f", "#6d6bf4", "#2b7386", "#ef76e6", "#913fb6", "#caadff", "#32abdf",
-      "#af77ff", "#c854c5", "#0461d8", "#8072a9"],
-    groups: ["#ffaa0b", "#54ac04", "#5b7233", "#a7ea49", "#ffda92", "#a97611", "#abffc1", "#9fc68f"],
+    uavs: ["#436e8f", "#a04475", "#1784fb", "#ee90e0", "#9b39b7", "#a18cfe", "#22bfff", "#6350d8",
+      "#aecbfe", "#936db1", "#ffd4fe", "#6792d5"],
+    groups: ["#aa6a46", "#148601", "#d3f461", "#ff9d21", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
     ground: "#11161c",
     underlay: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#1d232b", path: "#2a2722", rail: "#33333f",
       minor: "#29333e", major: "#35404d" },

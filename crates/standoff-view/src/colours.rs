@@ -7,29 +7,29 @@ use std::collections::BTreeMap;
 /// For UAVs by rank: blue to purple. `page/palette.js` has the same, and their like for a dark page. They and the groups'
 /// were searched for by computer, so that the least distance is large, of the first few UAVs larger still.
 pub(crate) const UAVS: [RGBColor; 12] = [
-    RGBColor(1, 4, 146),
-    RGBColor(138, 7, 120),
-    RGBColor(125, 91, 245),
-    RGBColor(1, 127, 173),
-    RGBColor(71, 5, 94),
-    RGBColor(169, 128, 214),
-    RGBColor(84, 8, 176),
-    RGBColor(8, 73, 106),
-    RGBColor(92, 85, 155),
-    RGBColor(191, 72, 203),
-    RGBColor(69, 144, 253),
-    RGBColor(137, 45, 193),
+    RGBColor(1, 116, 251),
+    RGBColor(164, 4, 139),
+    RGBColor(26, 2, 165),
+    RGBColor(67, 24, 76),
+    RGBColor(130, 101, 158),
+    RGBColor(153, 126, 253),
+    RGBColor(3, 92, 155),
+    RGBColor(104, 49, 205),
+    RGBColor(93, 146, 213),
+    RGBColor(74, 8, 133),
+    RGBColor(172, 74, 217),
+    RGBColor(14, 43, 102),
 ];
 /// For groups: orange to green.
 pub(crate) const GROUPS: [RGBColor; 8] = [
-    RGBColor(222, 119, 1),
-    RGBColor(26, 167, 0),
-    RGBColor(2, 106, 1),
-    RGBColor(20, 55, 20),
-    RGBColor(156, 126, 82),
-    RGBColor(101, 58, 7),
-    RGBColor(77, 162, 126),
-    RGBColor(75, 120, 89),
+    RGBColor(235, 110, 16),
+    RGBColor(1, 168, 6),
+    RGBColor(74, 103, 2),
+    RGBColor(80, 32, 1),
+    RGBColor(1, 165, 132),
+    RGBColor(136, 90, 66),
+    RGBColor(5, 78, 61),
+    RGBColor(141, 146, 94),
 ];
 
 /// Which of the colours each group has, while it lasts.
@@ -144,8 +144,8 @@ mod tests {
             let [uavs, groups, ground, alarm, none] =
                 ["uavs", "groups", "ground", "alarm", "none"].map(|name| on_page(theme, name));
             let [ground, alarm, none] = [ground, alarm, none].map(|one| one[0].clone());
-            assert!(uavs.iter().all(|uav| (210.0..350.0).contains(&hue_deg(uav))), "{theme}");
-            assert!(groups.iter().all(|group| (50.0..170.0).contains(&hue_deg(group))), "{theme}");
+            assert!(uavs.iter().all(|uav| (220.0..352.0).contains(&hue_deg(uav))), "{theme}");
+            assert!(groups.iter().all(|group| (45.0..175.0).contains(&hue_deg(group))), "{theme}");
             for colour in uavs.iter().chain(&groups) {
                 assert!(contrast(colour, &ground) >= 3.0, "{theme}: {colour} on {ground}");
                 assert!(apart(colour, &alarm, &SIGHTS[..1]) >= 12.0, "{theme}: {colour} and an alarm");
@@ -153,13 +153,13 @@ mod tests {
             }
             for uav in &uavs {
                 for group in &groups {
-                    assert!(apart(uav, group, &SIGHTS) >= 11.5, "{theme}: {uav} and {group}");
+                    assert!(apart(uav, group, &SIGHTS) >= 10.0, "{theme}: {uav} and {group}");
                 }
             }
-            for (kind, least) in [(&uavs, 9.5), (&groups, 9.0)] {
+            for (kind, least) in [(&uavs, 9.5), (&groups, 10.5)] {
                 for (rank, colour) in kind.iter().enumerate() {
                     for other in &kind[..rank] {
-                        let least = if rank < 4 { 1.5 * least } else { least };
+                        let least = if rank < 4 { 1.7 * least } else { least };
                         assert!(apart(colour, other, &SIGHTS[..1]) >= least, "{theme}: {colour} and {other}");
                     }
                 }
