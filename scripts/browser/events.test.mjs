@@ -246,6 +246,11 @@ inReport("the strip tells thousands of events apart, and of what is under the po
   await painted(page);
   assert.match(await page.locator("#told-event").textContent(), /^[\d.]+ s (lost|discarded)/, "a grave one first");
   assert.ok(Math.abs(x(await clock(page)) - x(mixed.time_s)) <= 2);
+  // Also where another one comes first in the record.
+  const first = told.find((event, k) => !isGrave(event) && told[k - 1]?.time_s !== event.time_s && told.some((other) => isGrave(other) && other.time_s === event.time_s));
+  await marks.hover({ position: { x: x(first.time_s), y: 8 } });
+  const hinted = await page.locator("#tip").textContent();
+  assert.ok(grave.some((kind) => new RegExp(`\n[\\d.]+ s ${kind}`).test(hinted)), hinted);
   const now = await page.locator("#now").boundingBox();
   assert.ok(Math.abs(now.x + now.width / 2 - box.x - x(await clock(page))) <= 1.5, "the time shown is marked");
   await page.getByRole("tab", { name: "Events" }).click();
