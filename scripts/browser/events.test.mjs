@@ -16,7 +16,7 @@ async function listed(page) {
   return page.locator("#events").evaluate(async (list) => {
     const found = new Map();
     const { scrollTop } = list;
-    for (list.scrollTop = 0; ; list.scrollTop += list.clientHeight / 2) {
+    for (list.scrollTop = 0; ; list.scrollTop += list.clientHeight - 40) {
       await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
       for (const row of list.querySelectorAll("[role=option]")) {
         found.set(Number(row.ariaPosInSet), [Number(row.dataset.timeUs), row.dataset.kind, row.textContent]);

@@ -88,9 +88,13 @@ test("a page opened late never shows targets of another time than the UAVs, and 
       await page.addInitScript(notePictures);
       if (!delayed) return;
       await page.route("**/detail/*", async (route) => {
-        const response = await route.fetch();
-        await new Promise((resolve) => setTimeout(resolve, LATE_MS));
-        await route.fulfill({ response }).catch(() => {});
+        try {
+          const response = await route.fetch();
+          await new Promise((resolve) => setTimeout(resolve, LATE_MS));
+          await route.fulfill({ response });
+        } catch {
+          // The page has been closed meanwhile.
+        }
       });
     };
     const { page, complaints, close } = await watching(run.address, prepare);
@@ -112,6 +116,14 @@ test("a page opened late never shows targets of another time than the UAVs, and 
     await page.keyboard.press("Home");
     await page.waitForFunction(() => document.getElementById("map").dataset.targetsS === "0.000");
     assert.equal(await page.getAttribute("#map", "data-uavs-s"), "0.000");
+    // Who plays up to the newest instant follows the run from there.
+    for (let press = 0; press < 5; press++) await page.keyboard.press("]");
+    await page.keyboard.press("End");
+    await page.waitForFunction(() => Number(document.getElementById("clock").textContent) > 0);
+    const newest_s = await shown_s(page);
+    await page.keyboard.press(" ");
+    await page.waitForSelector("#live[aria-pressed=true]");
+    assert.ok((await shown_s(page)) >= newest_s);
     assert.deepEqual(complaints, []);
     await close();
   };

@@ -38,7 +38,7 @@ class Clock {
   }
 
   play() {
-    if (this.time_s >= this.film.end_s && !this.following) this.time_s = this.film.times_s[0] ?? 0;
+    if (this.film.done && this.time_s >= this.film.end_s) this.time_s = this.film.times_s[0] ?? 0;
     this.playing = true;
     this.last_ms = null;
     this.tell();
