@@ -55,7 +55,9 @@ class MissionMap {
     pen.fillRect(0, 0, this.camera.width, this.camera.height);
     pen.lineJoin = "round";
     pen.font = "12px system-ui, sans-serif";
-    const picture = { pen, scene, labels: new Labels(pen, this.camera), size: this.markSize() };
+    const size = this.markSize();
+    this.canvas.dataset.markScale = size;
+    const picture = { pen, scene, labels: new Labels(pen, this.camera), size };
     for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(pen, () => paint(this, picture));
     this.painted(pen, () => drawChosen(this, picture));
     if (this.ruler) this.painted(pen, () => drawRuler(this, picture));

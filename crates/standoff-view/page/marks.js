@@ -114,7 +114,8 @@ function drawEllipses(map, { pen, size }) {
   pen.lineWidth = 1.25;
   for (const [isHeld, some] of grouped(seen, ({ target }) => target.status === "held")) {
     pen.setLineDash(isHeld ? [] : [3, 3]);
-    const ink = ({ target: { group } }) => map.ink(group, group === null ? 0.45 : 1);
+    const faint = map.drawn.length > MOST_NAMED ? 0.25 : 0.45;
+    const ink = ({ target: { group } }) => map.ink(group, group === null ? faint : 1);
     inkedTogether(pen, some, ink, ({ x, y, long, wide, turn_rad }) => {
       pen.moveTo(x + long * Math.cos(turn_rad), y - long * Math.sin(turn_rad));
       pen.ellipse(x, y, long, wide, -turn_rad, 0, 2 * Math.PI);

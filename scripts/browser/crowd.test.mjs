@@ -1,0 +1,63 @@
+// Hundreds of vehicles: all in sight, small marks, few strokes of the pen, and none that cannot be found.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+
+import { camera, goTo, painted } from "./browser.mjs";
+import { inReport } from "./in_report.mjs";
+
+const VEHICLES = 650;
+const traffic = () => readFileSync(`${process.env.STANDOFF_FLIGHTS}/650.csv`, "utf8").trim().split("\n").slice(1).map((line) => line.split(","));
+
+inReport("a report of 650 vehicles opens with every one of them in sight, as small marks", { flight: "crowd-650" }, async (page) => {
+  const label = await page.locator("#map").getAttribute("aria-label");
+  assert.match(label, new RegExp(`, ${VEHICLES} targets,`));
+  const { x_m, y_m, px_per_m } = await camera(page);
+  const [half_x, half_y] = await page.locator("#map").evaluate((map) => [map.clientWidth / 2, map.clientHeight / 2]);
+  for (const [t_s, name, east_m, north_m] of traffic()) {
+    const [x, y] = [Math.abs(east_m - x_m) * px_per_m, Math.abs(north_m - y_m) * px_per_m];
+    assert.ok(x < half_x && y < half_y, `${name} at ${t_s} s, ${east_m} m east, ${north_m} m north`);
+  }
+  const scale = () => page.locator("#map").evaluate((map) => Number(map.dataset.markScale));
+  assert.ok((await scale()) <= 0.6, `${await scale()}`);
+  await page.getByLabel("Follow").selectOption("group 0");
+  for (let press = 0; press < 8; press++) await page.getByRole("button", { name: "Zoom in" }).click();
+  await painted(page);
+  assert.equal(await scale(), 1, "near, marks have their full size");
+});
+
+inReport("650 vehicles with all layers are drawn with few strokes of the pen", { flight: "crowd-650" }, async (page) => {
+  await goTo(page, 15);
+  await page.evaluate(() => {
+    const pen = CanvasRenderingContext2D.prototype;
+    window.strokes = 0;
+    for (const name of ["stroke", "fill", "strokeText", "fillText", "save"]) {
+      const act = pen[name];
+      pen[name] = function (...rest) {
+        if (this.canvas.id === "map") window.strokes += 1;
+        return act.apply(this, rest);
+      };
+    }
+  });
+  await goTo(page, 16);
+  await painted(page);
+  const { strokes, layers } = await page.evaluate(() => ({ strokes: window.strokes, layers: document.getElementById("map").dataset.layers }));
+  assert.ok(layers.split(" ").length >= 12, layers);
+  assert.ok(strokes > 50 && strokes < 300, `${strokes} strokes`);
+});
+
+inReport("one of 650 is found by its name, and its row comes first", { flight: "crowd-650" }, async (page) => {
+  await goTo(page, 16);
+  await page.getByRole("tab", { name: "State" }).click();
+  const find = page.getByLabel("Find");
+  await find.fill("car");
+  assert.equal(await page.locator("#names option").count(), 20, "few are proposed");
+  await find.fill("car 649");
+  await find.press("Enter");
+  await painted(page);
+  assert.equal(await page.locator("#targets tbody tr").first().locator("td").first().textContent(), "car 649");
+  assert.equal(await page.locator("#targets tbody tr").count(), 100);
+  const [, , x_m, y_m] = traffic().find(([t_s, name]) => t_s === "16" && name === "car 649");
+  const seen = await camera(page);
+  assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 60, "and the map goes there");
+});
