@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { after, test } from "node:test";
 
-import { leave, PATIENCE_MS } from "./browser.mjs";
+import { leave, painted, PATIENCE_MS } from "./browser.mjs";
 import { STANDOFF, results, serving, watching } from "./serving.mjs";
 
 after(leave);
@@ -45,6 +45,34 @@ test("two runs are shown at one time, one of them beside the maps, and what they
   assert.deepEqual(await Promise.all([first, second].map((name) => name.getAttribute("aria-pressed"))), ["false", "true"]);
   await page.locator("#map").click({ position: { x: 30, y: 200 } });
   await page.waitForFunction(() => document.querySelectorAll("#uavs tbody tr").length === 2);
+
+  // Linked maps look at one place, whichever is moved; else each goes its own way.
+  const looks = () => page.locator(".view canvas").evaluateAll((maps) => maps.map(({ dataset }) => `${dataset.eastM} ${dataset.northM} ${dataset.pxPerM}`));
+  const link = page.getByRole("checkbox", { name: "Link maps" });
+  assert.ok(await link.isChecked(), "both fly in one place");
+  const drag = async (id) => {
+    const box = await page.locator(id).boundingBox();
+    const before = await looks();
+    await page.mouse.move(box.x + 150, box.y + 300);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 190, box.y + 330);
+    await page.mouse.move(box.x + 200, box.y + 340);
+    await page.mouse.up();
+    await painted(page);
+    return before;
+  };
+  for (const id of ["#map-2", "#map"]) {
+    const [before] = await drag(id);
+    const [a, b] = await looks();
+    assert.ok(a === b && a !== before, `${before}, then ${a} and ${b}`);
+  }
+  await link.uncheck();
+  const [, before] = await drag("#map");
+  assert.deepEqual([(await looks())[0] === before, (await looks())[1] === before], [false, true], "only the map that is dragged moves");
+  await page.keyboard.press("0");
+  await link.check();
+  await painted(page);
+  assert.equal(new Set(await looks()).size, 1);
 
   // What they came to, and the difference.
   await page.getByRole("tab", { name: "Outcome" }).click();

@@ -9,6 +9,11 @@ class Camera {
     this.height = 1;
   }
 
+  /** Looks where another one looks. */
+  look({ x_m, y_m, px_per_m }) {
+    Object.assign(this, { x_m, y_m, px_per_m });
+  }
+
   /** From the world to the canvas, px. */
   at(x_m, y_m) {
     return [this.width / 2 + (x_m - this.x_m) * this.px_per_m, this.height / 2 - (y_m - this.y_m) * this.px_per_m];

@@ -130,9 +130,7 @@ class Film {
 
   /** West, south, east and north of all that the run shows, as far as it has been loaded, m; `null` if that is nothing. */
   bounds_m() {
-    const all = this.parts.map((half) => half.bounds_m).filter((bounds_m) => bounds_m);
-    const of = (side, choose) => all.map((bounds_m) => bounds_m[side]).reduce((a, b) => choose(a, b));
-    return all.length ? [of(0, Math.min), of(1, Math.min), of(2, Math.max), of(3, Math.max)] : null;
+    return unionOf(this.parts.map((half) => half.bounds_m));
   }
 
   /** The instant that is on at a time. */

@@ -12,6 +12,8 @@ class MissionMap {
     this.layers = LAYERS.filter(([name]) => name !== "underlay" || this.underlay);
     this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
     this.ruler = null;
+    /** The map that this one looks where it looks; `null` if it goes its own way. */
+    this.leader = null;
     /** What the newest picture shows. */
     this.scene = { time_s: 0, uavs: [], groups: [], targets: null };
     /** Its targets in sight, and where they are on the canvas, px. */
@@ -37,7 +39,8 @@ class MissionMap {
   draw(scene) {
     this.resize();
     this.scene = scene;
-    this.view.keep(scene);
+    if (this.leader) this.camera.look(this.leader.camera);
+    else this.view.keep(scene);
     // Where the map looks, as text.
     const { x_m, y_m, px_per_m } = this.camera;
     Object.assign(this.canvas.dataset, { eastM: x_m, northM: y_m, pxPerM: px_per_m });

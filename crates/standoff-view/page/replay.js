@@ -13,8 +13,12 @@ class Page {
   /** Puts a run beside the maps. */
   show(run) {
     if (run === this.run) return;
+    const before = this.run;
     this.run = run;
+    this.pair.shown(before);
     follows(this);
+    filters(this);
+    this.choice.tell();
     this.timeline.renew();
     this.charts.draw();
     this.renew();
@@ -63,8 +67,8 @@ async function showReplay(sources) {
     page.timeline.renew();
     page.charts.renew();
   });
-  const name = page.runs.length > 1 ? nameViews(page) : () => {};
-  pictures(page, name);
+  page.pair = page.runs.length > 1 ? new Pair(page) : null;
+  pictures(page);
   const drawCharts = drawsCharts(page);
   for (const run of page.runs) {
     load(page, run, drawCharts);
@@ -73,7 +77,7 @@ async function showReplay(sources) {
 }
 
 /** Draws pictures, as often as anything has changed and the browser allows. */
-function pictures(page, name) {
+function pictures(page) {
   const { clock, timeline, charts, state } = page;
   let told_ms = -Infinity;
   const picture = (now_ms) => {
@@ -85,7 +89,8 @@ function pictures(page, name) {
     if (page.stale && page.runs.every(({ film }) => film.times_s.length)) {
       page.stale = false;
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
-      page.runs.forEach((run, index) => run.draw(scenes[index]));
+      // The map that others follow comes first.
+      for (const run of [page.run, ...page.runs.filter((run) => run !== page.run)]) run.draw(scenes[page.runs.indexOf(run)]);
       if (page.runs.some(({ map }) => !map.view.isSettled)) page.renew();
       state.lacks([...new Set(page.runs.map((run, index) => run.lacks(scenes[index], now_ms)))]);
       charts.follow();
@@ -98,7 +103,7 @@ function pictures(page, name) {
           cards.show();
         });
         state.show(scenes[page.runs.indexOf(page.run)]);
-        name();
+        page.pair?.tell();
       }
       document.body.dataset.pictures = Number(document.body.dataset.pictures ?? 0) + 1;
     }
@@ -156,8 +161,9 @@ function load(page, run, drawCharts) {
 }
 
 /** The first picture: of the start, or of the newest instant of a run that is being flown. */
-function begin({ clock, film, runs }) {
+function begin({ clock, film, runs, pair }) {
   if (!runs.every((run) => run.film.times_s.length)) return;
+  pair?.begin();
   clock.seek(film.times_s[0]);
   if (film.head.live) clock.follow();
   document.body.dataset.ready = "map";

@@ -10,7 +10,8 @@ const GLIDE_S = 0.3;
 class View {
   constructor({ camera, film, choice }) {
     this.camera = camera;
-    this.film = film;
+    /** Whose bounds are fitted: of the map's run; where maps are linked, of all of them. */
+    this.films = [film];
     this.choice = choice;
     /** Where the camera is going: as a camera has it. */
     this.goal = null;
@@ -42,13 +43,13 @@ class View {
       if (place) [this.camera.x_m, this.camera.y_m] = place;
       return;
     }
-    const bounds_m = (followed.kind === "run" && this.film.bounds_m()) || boundsOf(scene);
+    const bounds_m = (followed.kind === "run" && unionOf(this.films.map((film) => film.bounds_m()))) || boundsOf(scene);
     if (bounds_m) this.fit(bounds_m, followed.kind === "now" || this.isGrowing, passed_s);
   }
 
   /** The run is being flown. */
   get isGrowing() {
-    return this.film.head.live && !this.film.done;
+    return this.films.some((film) => film.head.live && !film.done);
   }
 
   /** Fits at once, or where what is fitted moves: with room to spare, rarely, and gliding there. */
@@ -71,6 +72,13 @@ class View {
 /** The reader wants nothing to move that need not. */
 function calm() {
   return window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+}
+
+/** West, south, east, north of all of these; `null` if there are none. */
+function unionOf(all) {
+  const known = all.filter((bounds_m) => bounds_m);
+  const of = (side, choose) => known.map((bounds_m) => bounds_m[side]).reduce((a, b) => choose(a, b));
+  return known.length ? [of(0, Math.min), of(1, Math.min), of(2, Math.max), of(3, Math.max)] : null;
 }
 
 /** West, south, east, north of all that a scene shows, m; `null` if that is nothing. */
