@@ -79,7 +79,8 @@ impl<'a> Judged<'a> {
         for (track, truth) in existing(self.frame) {
             tracked += 1;
             watched += usize::from(track.group.is_some() && in_view.binary_search(&track.target).is_ok());
-            errors_m2 += position_error_m(track, truth).powi(2);
+            let error_m = position_error_m(track, truth);
+            errors_m2 += error_m * error_m;
         }
         Custody {
             targets: self.frame.truth.len(),
