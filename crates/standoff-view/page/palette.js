@@ -16,9 +16,9 @@ const PALETTES = {
     none: "#7a8591",
   },
   dark: {
-    uavs: ["#436e8f", "#a04475", "#1784fb", "#ee90e0", "#9b39b7", "#a18cfe", "#22bfff", "#6350d8",
+    uavs: ["#1784fb", "#a04475", "#436e8f", "#ee90e0", "#9b39b7", "#a18cfe", "#22bfff", "#6350d8",
       "#aecbfe", "#936db1", "#ffd4fe", "#6792d5"],
-    groups: ["#aa6a46", "#148601", "#d3f461", "#ff9d21", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
+    groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
     ground: "#11161c",
     underlay: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#1d232b", path: "#2a2722", rail: "#33333f",
       minor: "#29333e", major: "#35404d" },
