@@ -222,7 +222,7 @@ test("nothing is wider than the screen of a desktop or a phone, however long the
           .filter((one) => one.scrollWidth > one.clientWidth + 1).map((one) => one.id || one.tagName));
         assert.deepEqual(wide, [], `${what}, ${name}`);
       }
-      assert.match(await page.locator("#settings").textContent(), /from_s = 23.0/);
+      assert.match(await page.locator("#settings").textContent(), /until_s = 23.5/);
     }, options);
   }
 });

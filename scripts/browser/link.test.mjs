@@ -102,6 +102,6 @@ inLink("nonsense in a link does no harm and is told", async (page) => {
     await to(page, hash);
     assert.equal(await clock(page), time_s, hash);
     assert.match(await said(page), words, hash);
-    assert.equal(await page.getByLabel("Follow").inputValue(), "", hash);
+    assert.equal(await page.getByLabel("Follow").inputValue(), "run", hash);
   }
 });
