@@ -123,6 +123,7 @@ inReport("space plays wherever a click has left the focus, and enter presses a b
       if (await page.getByRole("dialog").count()) await page.keyboard.press("Escape");
       if (await isPlaying()) await page.locator("#play").click();
       await spacePlays(id);
+      if (await page.locator(":popover-open").count()) await page.keyboard.press("Escape");
     }
   }
   for (const id of ["play", "back", "on", "fit", "ruler", "zoom-in", "theme", "keys", "link", "time", "routine"]) {

@@ -136,7 +136,7 @@ class Charts {
       width: this.width, height: PLOT_HEIGHT, margin: { l: PLOT_LEFT, r: PLOT_RIGHT, t: PLOT_TOP, b: PLOT_BOTTOM }, ...plotLook(),
       showlegend: false, hovermode: false, dragmode: false, shapes: this.shapes(spec),
       xaxis: { range: this.shown_s, gridcolor: grid, zeroline: false, showticklabels: false, tickvals: this.ticks() },
-      yaxis: { gridcolor: grid, zeroline: false, nticks: 5, ...scale },
+      yaxis: { gridcolor: grid, zeroline: false, nticks: 5, ticklabeloverflow: "allow", ...scale },
     };
   }
 
@@ -257,7 +257,8 @@ class Charts {
   /** The time under the pointer; `null` beside the plots. */
   timeAt(clientX, isClamped = false) {
     const [first, last] = this.shown_s;
-    const share = (clientX - this.place.getBoundingClientRect().left - PLOT_LEFT) / (this.width - PLOT_LEFT - PLOT_RIGHT);
+    const x = (clientX - this.place.getBoundingClientRect().left) / pageZoom();
+    const share = (x - PLOT_LEFT) / (this.width - PLOT_LEFT - PLOT_RIGHT);
     if (!isClamped && !(share >= 0 && share <= 1)) return null;
     return first + Math.min(Math.max(share, 0), 1) * (last - first);
   }
@@ -377,10 +378,11 @@ class Charts {
       const hint = document.createElement("p");
       hint.append("A click in a chart goes to that time; a stretch that is dragged over is enlarged; a double click shows the whole run again.");
       list.replaceChildren(...(toggle.newState === "open" ? [hint, ...PANELS.flatMap(row)] : []));
-      const { bottom } = element("panel-choice").getBoundingClientRect();
-      list.style.top = `${Math.min(bottom + 4, innerHeight / 2)}px`;
+      const high = innerHeight / pageZoom();
+      const top = Math.min(element("panel-choice").getBoundingClientRect().bottom / pageZoom() + 4, high / 2);
+      list.style.top = `${top}px`;
       list.style.right = "8px";
-      list.style.maxHeight = `${innerHeight - Math.min(bottom + 4, innerHeight / 2) - 12}px`;
+      list.style.maxHeight = `${high - top - 12}px`;
     });
   }
 }

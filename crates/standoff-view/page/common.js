@@ -2,6 +2,11 @@
 
 const element = (id) => document.getElementById(id);
 
+/** How much larger than its own px the page is drawn, as it is on very large screens. */
+const pageZoom = () => document.documentElement.currentCSSZoom ?? 1;
+/** The screen's px in one of the page. */
+const screenRatio = () => (window.devicePixelRatio || 1) * pageZoom();
+
 /** What moves less than this between pressing and letting go is a click, px. */
 const CLICK_PX = 4;
 

@@ -26,7 +26,8 @@ class Hover {
     const { instant_s, values } = told;
     const box = panel.plot.getBoundingClientRect();
     const [low, high] = panel.plot.layout.yaxis.range;
-    const under = high - ((clientY - box.top - PLOT_TOP) / (box.height - PLOT_TOP - PLOT_BOTTOM)) * (high - low);
+    const y = (clientY - box.top) / pageZoom();
+    const under = high - ((y - PLOT_TOP) / (PLOT_HEIGHT - PLOT_TOP - PLOT_BOTTOM)) * (high - low);
     const near = [...values].sort((a, b) => Math.abs(a.value - under) - Math.abs(b.value - under));
     const shown = near.slice(0, Hover.MOST).sort((a, b) => b.value - a.value);
     const line = (value) => {
@@ -64,12 +65,12 @@ class Hover {
   /** Beside the pointer, on the side with room, and wholly inside the charts' panel. */
   put(clientX, clientY) {
     const pane = element("panel-charts").getBoundingClientRect();
-    const { offsetWidth: width, offsetHeight: height } = this.box;
+    const { width, height } = this.box.getBoundingClientRect();
     const gap = 14;
     const left = clientX + gap + width <= pane.right ? clientX + gap : clientX - gap - width;
     const top = clientY + gap + height <= pane.bottom ? clientY + gap : clientY - gap - height;
-    this.box.style.left = `${Math.max(pane.left, Math.min(left, pane.right - width))}px`;
-    this.box.style.top = `${Math.max(pane.top, Math.min(top, pane.bottom - height))}px`;
+    this.box.style.left = `${Math.max(pane.left, Math.min(left, pane.right - width)) / pageZoom()}px`;
+    this.box.style.top = `${Math.max(pane.top, Math.min(top, pane.bottom - height)) / pageZoom()}px`;
   }
 }
 

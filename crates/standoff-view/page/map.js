@@ -24,7 +24,7 @@ class MissionMap {
 
   /** Takes on the size of its place in the page; says whether that has changed. */
   resize() {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = screenRatio();
     const { clientWidth, clientHeight } = this.canvas;
     const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];
     if (this.canvas.width === width && this.canvas.height === height) return false;
@@ -52,7 +52,7 @@ class MissionMap {
       if (this.camera.sees(x_m, y_m)) this.drawn.push({ target, x, y });
     }
     const pen = this.canvas.getContext("2d", { alpha: false });
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = screenRatio();
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = palette().ground;
     pen.fillRect(0, 0, this.camera.width, this.camera.height);

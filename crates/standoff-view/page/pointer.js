@@ -6,7 +6,7 @@ function pointer(page, { map, film, choice, cards }) {
   const down = new Map();
   let pressed = [0, 0];
   let dragged = false;
-  const place = (event) => [event.offsetX, event.offsetY];
+  const place = (event) => [event.offsetX / pageZoom(), event.offsetY / pageZoom()];
   const say = (x, y) => {
     const [east_m, north_m] = camera.world(x, y);
     const { origin } = film.head;

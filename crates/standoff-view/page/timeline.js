@@ -23,11 +23,11 @@ class Timeline {
     this.list = new EventList(page, this.sieve, (event) => this.goTo(event));
     this.slider.addEventListener("input", () => clock.seek(Number(this.slider.value)));
     this.marks.addEventListener("click", (click) => {
-      const [event] = this.at(click.offsetX);
+      const [event] = this.at(click.offsetX / pageZoom());
       if (event) this.goTo(event);
-      else clock.seek(this.time(click.offsetX));
+      else clock.seek(this.time(click.offsetX / pageZoom()));
     });
-    this.marks.addEventListener("pointermove", (move) => this.hint(move.offsetX));
+    this.marks.addEventListener("pointermove", (move) => this.hint(move.offsetX / pageZoom()));
     this.marks.addEventListener("pointerleave", () => (this.tip.hidden = true));
     new ResizeObserver(() => {
       this.strip();
@@ -129,7 +129,7 @@ class Timeline {
    * others stand below. What is not wanted is faint.
    */
   strip() {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = screenRatio();
     const { clientWidth, clientHeight } = this.marks;
     this.marks.width = clientWidth * ratio;
     this.marks.height = clientHeight * ratio;

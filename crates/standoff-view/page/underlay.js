@@ -90,7 +90,7 @@ class Underlay {
   /** Draws what lies under the camera. */
   draw(pen, camera) {
     if (!this.shapes.length) return;
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = screenRatio();
     const scale = camera.px_per_m * ratio;
     const [width, height] = [pen.canvas.width, pen.canvas.height];
     const now = performance.now();
