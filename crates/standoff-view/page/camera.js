@@ -7,6 +7,8 @@ class Camera {
     this.px_per_m = 0.2;
     this.width = 1;
     this.height = 1;
+    /** Of the height, what is covered at the top, px. */
+    this.top = 0;
   }
 
   /** Looks where another one looks. */
@@ -41,14 +43,14 @@ class Camera {
   /** Where to look, and how closely, to see all between west, south, east and north, with room about it. */
   fitted([west, south, east, north], room) {
     const [wide, high] = [room * (east - west), room * (north - south)].map((side_m) => Math.max(side_m, 200));
-    const px_per_m = Math.min(this.width / wide, this.height / high);
-    return { x_m: (west + east) / 2, y_m: (south + north) / 2, px_per_m };
+    const px_per_m = Math.min(this.width / wide, (this.height - this.top) / high);
+    return { x_m: (west + east) / 2, y_m: (south + north) / 2 + this.top / 2 / px_per_m, px_per_m };
   }
 
   /** Whether all between west, south, east and north can be seen from there. */
   holds([west, south, east, north], { x_m, y_m, px_per_m }) {
     const [half_x_m, half_y_m] = [this.width / 2 / px_per_m, this.height / 2 / px_per_m];
-    return west >= x_m - half_x_m && east <= x_m + half_x_m && south >= y_m - half_y_m && north <= y_m + half_y_m;
+    return west >= x_m - half_x_m && east <= x_m + half_x_m && south >= y_m - half_y_m && north <= y_m + half_y_m - this.top / px_per_m;
   }
 
   /** Moves a share of the way to a goal; says whether it is there. */

@@ -49,6 +49,8 @@ class Cards {
   /** Shows what there is to say now. */
   show() {
     const { run, canvas } = this;
+    // Before the first picture there is nothing to say.
+    if (!run.film.parts.length || run.map.scene === NO_SCENE) return;
     const { object } = run.choice;
     this.chosen.hidden = !object;
     if (object) {

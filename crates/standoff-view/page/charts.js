@@ -90,7 +90,7 @@ class Charts {
       if (!points.x.length) continue;
       const ahead = some && isFront(curve);
       const width = ahead ? 2.6 : some ? 1 : many ? 1.1 : 1.5;
-      const opacity = some && !ahead && curve.of !== "run" ? 0.3 : 1;
+      const opacity = curve.of === "run" || ahead ? 1 : some ? 0.3 : many ? 0.75 : 1;
       const style = [curve.of, curve.colour, curve.dash, ahead].join();
       const before = last.get(style);
       if (before && before.x.at(-1) < points.x[0]) {
@@ -205,6 +205,8 @@ class Charts {
       this.filmDrawn = film;
       this.only.uavs.clear();
       this.only.groups.clear();
+      // Of another run a stretch may be beyond its end.
+      this.range_s = null;
     }
     this.object = objectWord(object);
     const id = object?.kind === "target" ? object.id : null;
@@ -217,7 +219,7 @@ class Charts {
         this.target = new TargetSeries(film, id);
         this.place.parentElement.scrollTop = 0;
       }
-      if (this.target.share < 1) this.target.load(() => this.draw());
+      this.target.load(() => this.draw());
     }
     this.front = this.frontOf(object);
   }
@@ -243,9 +245,15 @@ class Charts {
   /** Shows a stretch of time, or with `null` the whole run. */
   zoom(range_s) {
     const [first, last] = [this.film.times_s[0], this.film.end_s];
-    this.range_s = range_s && (range_s[0] > first || range_s[1] < last) ? range_s : null;
+    this.range_s = range_s && (range_s[0] > first || range_s[1] < last) ? this.atLeast(range_s) : null;
     this.hover.hide();
     this.draw();
+  }
+
+  /** A stretch of time widened until it holds a few instants. */
+  atLeast([from_s, to_s]) {
+    const lacking_s = Math.max(0, 4 * this.film.head.period_s - (to_s - from_s));
+    return [from_s - lacking_s / 2, to_s + lacking_s / 2];
   }
 
   /** How far to the right a time is, px. */
@@ -308,6 +316,8 @@ class Charts {
       from = { clientX: pointer.clientX, pointerId: pointer.pointerId };
     });
     place.addEventListener("pointermove", (pointer) => {
+      // It was let go of somewhere else.
+      if (from && !(pointer.buttons & 1)) end();
       if (from && Math.abs(pointer.clientX - from.clientX) >= CLICK_PX && !dragged) {
         dragged = true;
         place.setPointerCapture(from.pointerId);
@@ -326,7 +336,7 @@ class Charts {
     place.addEventListener("pointerup", (pointer) => {
       if (from && dragged) {
         const range_s = [from.clientX, pointer.clientX].map((x) => this.timeAt(x, true)).sort((a, b) => a - b);
-        if (range_s[1] > range_s[0]) this.zoom(range_s);
+        if (Math.abs(pointer.clientX - from.clientX) >= CLICK_PX) this.zoom(range_s);
       }
       end();
     });

@@ -67,7 +67,15 @@ function wordObject(word) {
   return fixed ?? (word ? { kind, id: Number(id) } : null);
 }
 
+/** An object with the whole of its name, as it is in files. */
+function wholeName(film, object) {
+  return object.kind === "target" ? (film.head.targets[object.id] ?? `${object.id}`) : objectName(film, object);
+}
+
 /** An object as readers call it. */
 function objectName(film, { kind, id }) {
-  return kind === "uav" ? `UAV ${id}` : kind === "group" ? `group ${id}` : targetName(film, id);
+  if (kind !== "target") return kind === "uav" ? `UAV ${id}` : `group ${id}`;
+  // Many files number their vehicles.
+  const name = targetName(film, id);
+  return /^\d+$/.test(name) ? `target ${name}` : name;
 }

@@ -3,8 +3,9 @@
 class Clock {
   static SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32];
 
-  constructor(film) {
-    this.film = film;
+  /** Of one film, or of several that are shown at one time. */
+  constructor(films) {
+    this.films = films;
     this.time_s = 0;
     this.speed = 1;
     this.playing = false;
@@ -12,6 +13,16 @@ class Clock {
     this.following = false;
     this.last_ms = null;
     this.listeners = [];
+  }
+
+  /** The film that lasts longest. */
+  get film() {
+    return this.films.reduce((longest, film) => (film.end_s > longest.end_s ? film : longest));
+  }
+
+  /** All there will be is there. */
+  get done() {
+    return this.films.every((film) => film.done);
   }
 
   on(listener) {
@@ -38,7 +49,7 @@ class Clock {
   }
 
   play() {
-    if (this.film.done && this.time_s >= this.film.end_s) this.time_s = this.film.times_s[0] ?? 0;
+    if (this.done && this.time_s >= this.film.end_s) this.time_s = this.film.times_s[0] ?? 0;
     this.playing = true;
     this.last_ms = null;
     this.tell();
@@ -96,8 +107,8 @@ class Clock {
     if (this.following) this.glide(passed_s);
     else this.time_s = Math.min(this.time_s + passed_s * this.speed, this.film.end_s);
     // Who has caught up with a run that is being flown stays at its newest instant.
-    if (!this.film.done && !this.following && this.time_s >= this.film.end_s) this.follow();
-    if (this.film.done && this.time_s >= this.film.end_s) this.pause();
+    if (!this.done && !this.following && this.time_s >= this.film.end_s) this.follow();
+    if (this.done && this.time_s >= this.film.end_s) this.pause();
     if (this.time_s !== before_s) this.tell();
     return this.time_s !== before_s;
   }

@@ -21,7 +21,7 @@ function controls({ clock, film }) {
   play.setAttribute("aria-pressed", String(clock.playing));
   element("speed").value = String(clock.speed);
   const live = element("live");
-  live.hidden = film.done;
+  live.hidden = film.done || !film.head.live;
   live.setAttribute("aria-pressed", String(clock.following));
 }
 
@@ -95,7 +95,7 @@ function connect(page) {
     r: () => rule(!page.map.ruler),
     t: () => element("theme").click(),
     c: () => page.link.copy(),
-    l: () => page.film.done || clock.follow(),
+    l: () => element("live").hidden || clock.follow(),
     "/": () => element("find").focus(),
     Escape: () => page.choice.choose(null),
     "?": () => element("help").showModal(),
@@ -104,7 +104,9 @@ function connect(page) {
     if (key.ctrlKey || key.metaKey || key.altKey || document.querySelector("dialog[open]")) return;
     // Fields, lists and sliders keep the keys that work them; enter presses buttons, and space plays.
     const at = key.target;
-    if (at.closest(FIELDS)) return;
+    // A list that has been clicked lets go of it, too.
+    if (at.matches("select[data-pointed]") && key.key === " ") at.blur();
+    else if (at.closest(FIELDS)) return;
     if (at.closest("[type=range]") && /^(Arrow|Home|End|Page)/.test(key.key)) return;
     if (key.key === " " && at.closest("[type=checkbox], [type=radio]")) return;
     const wide = at.closest(".scrolled")?.scrollWidth > at.closest(".scrolled")?.clientWidth;
@@ -132,6 +134,8 @@ function letGo() {
   let isPointed = false;
   document.addEventListener("pointerdown", () => (isPointed = true), true);
   document.addEventListener("keydown", () => (isPointed = false), true);
+  document.addEventListener("pointerdown", ({ target }) => target.closest("select")?.setAttribute("data-pointed", ""));
+  document.addEventListener("focusout", ({ target }) => target.removeAttribute("data-pointed"));
   const release = (wanted) => () => {
     if (isPointed && document.activeElement?.matches(wanted)) document.activeElement.blur();
   };
@@ -163,5 +167,15 @@ function layers(page) {
     label.title = about;
     element("layers").append(label);
   }
+  // It lies over other things: a click elsewhere and escape close it.
+  const list = element("layers").closest("details");
+  const close = () => (list.open = false);
+  document.addEventListener("pointerdown", (pointer) => list.contains(pointer.target) || close());
+  list.addEventListener("keydown", (key) => {
+    if (key.key !== "Escape" || !list.open) return;
+    key.stopPropagation();
+    close();
+    list.querySelector("summary").focus();
+  });
   told();
 }

@@ -59,7 +59,9 @@ class Sieve {
 
   /** Takes in what has been loaded. */
   renew() {
-    const { film } = this.page;
+    const { film, run } = this.page;
+    if (this.run !== run) for (const select of [this.kind, this.group]) select.length = 1;
+    this.run = run;
     this.offer();
     const offered = (select) => new Set([...select.options].map((option) => option.value));
     const add = (select, values) => {
@@ -84,7 +86,7 @@ class Sieve {
     this.telling = film.events.filter(isUsual);
     this.events = film.events.filter(isWanted);
     /** Changes whenever other events are wanted, not when there are more of them. */
-    this.key = JSON.stringify([kind, group, this.vehicle.value, this.routine.checked, object]);
+    this.key = JSON.stringify([this.page.run.letter, kind, group, this.vehicle.value, this.routine.checked, object]);
   }
 
   /** Whether an event is of the vehicle in the field: `UAV 2`, a target, or part of the names of some. */
@@ -157,6 +159,10 @@ class EventList {
       this.show();
     });
     new ResizeObserver(() => {
+      if (this.row_px !== this.rowHeight()) {
+        this.clear();
+        this.renew();
+      }
       if (!this.isAway) this.bring(this.current);
       this.show();
     }).observe(this.list);
@@ -171,11 +177,16 @@ class EventList {
       this.clear();
       this.current = this.cursor = -1;
     }
-    this.row_px = Number.parseFloat(getComputedStyle(this.list).getPropertyValue("--row"));
+    this.row_px = this.rowHeight();
     this.room.style.height = `${events.length * this.row_px}px`;
     element("count").textContent = this.sieve.count();
     this.follow(this.page.clock.time_s);
     this.show();
+  }
+
+  /** Height of a row, px, which the style sheet says. */
+  rowHeight() {
+    return Number.parseFloat(getComputedStyle(this.list).getPropertyValue("--row"));
   }
 
   clear() {

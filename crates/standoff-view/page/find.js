@@ -13,7 +13,9 @@ function* matches({ film }, words) {
     for (const id of film.head.targets.keys()) yield { kind: "target", id };
   };
   const ranks = [(name) => name === wanted, (name) => name !== wanted && name.startsWith(wanted), (name) => name.indexOf(wanted) > 0];
-  for (const fits of ranks) for (const object of objects()) if (fits(objectName(film, object).toLowerCase())) yield object;
+  // As they are in files, or as the page shows them.
+  const names = (object) => [wholeName(film, object), objectName(film, object)].map((name) => name.toLowerCase());
+  for (const fits of ranks) for (const object of objects()) if (names(object).some(fits)) yield object;
 }
 
 /** The first of them, at most so many. */
@@ -28,19 +30,22 @@ function connectFind(page) {
   const field = element("find");
   const said = element("found");
   const propose = () => {
-    const names = first(matches(page, field.value), MOST_PROPOSED).map((object) => objectName(page.film, object));
-    element("names").replaceChildren(...names.map((name) => new Option(name, name)));
-    said.textContent = field.value.trim() && !names.length ? "no match" : "";
+    const { film } = page;
+    const found = first(matches(page, field.value), MOST_PROPOSED);
+    element("names").replaceChildren(...found.map((object) => new Option(objectName(film, object), wholeName(film, object))));
+    said.textContent = field.value.trim() && !found.length ? "no match" : "";
   };
   const take = () => {
     const [object] = first(matches(page, field.value), 1);
     if (!object) return propose();
     page.choice.choose(object);
-    const { scene, camera } = page.map;
+    const { map } = page;
+    const { scene, camera } = map;
     const place = placeAt(scene, object);
     said.textContent = place ? "" : absence(page.film, scene, object);
     if (!place) return undefined;
     page.choice.follow(null);
+    map.canvas.focus();
     [camera.x_m, camera.y_m] = place;
     return page.renew();
   };
@@ -63,7 +68,8 @@ function connectFind(page) {
 function filters({ film, choice }) {
   const select = element("only");
   const wanted = [["all", "all"], ...film.ids.groups.map((id) => [`${id}`, `group ${id}`]), ["none", "in no group"]];
-  if (select.options.length !== wanted.length) select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  const isKnown = wanted.length === select.options.length && wanted.every(([value], k) => select.options[k].value === value);
+  if (!isKnown) select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
   select.value = choice.group === null ? "none" : `${choice.group}`;
 }
 
@@ -71,7 +77,7 @@ function connectFilter(page) {
   const select = element("only");
   select.addEventListener("change", () => {
     const { value } = select;
-    for (const { choice } of page.runs) choice.filter(value === "all" ? value : value === "none" ? null : Number(value));
+    page.choice.filter(value === "all" ? value : value === "none" ? null : Number(value));
   });
   for (const { choice } of page.runs) choice.on(() => filters(page));
 }
@@ -102,5 +108,6 @@ async function savePicture({ map, film, clock }) {
   pen.textAlign = "right";
   pen.fillText(time, width - 10, height + strip / 2);
   const picture = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));
-  save(`${fileName(`${runName(film.head)}-map-${time}`)}.png`, picture, "image/png");
+  if (!picture) return element("found").replaceChildren("The map is too large for a picture");
+  return save(`${fileName(`${runName(film.head)}-map-${time}`)}.png`, picture, "image/png");
 }

@@ -3,6 +3,9 @@
 /** Longest name that stands in a link. */
 const LONGEST_NAME = 100;
 
+/** What a link may say. */
+const KEYS = ["t", "run", "uav", "group", "target", "follow"];
+
 class Link {
   constructor(page) {
     this.page = page;
@@ -14,7 +17,10 @@ class Link {
   open() {
     const { page } = this;
     const asked = new URLSearchParams(location.hash.slice(1));
-    const told = [];
+    const told = [...asked.keys()].filter((key, k, all) => !KEYS.includes(key) || all.indexOf(key) < k)
+      .map((key) => `says ${short(key)}, which is not known here, or twice`);
+    const run = page.runs.find(({ letter }) => page.pair && letter.toLowerCase() === asked.get("run"));
+    if (run) page.show(run);
     if (asked.has("t")) this.seek(asked.get("t"), told);
     const object = this.object(asked, told);
     if (object) page.choice.choose(object);
@@ -23,7 +29,8 @@ class Link {
   }
 
   seek(text, told) {
-    const { film, clock } = this.page;
+    const { clock } = this.page;
+    const { film } = clock;
     const time_s = /^-?\d+(\.\d+)?$/.test(text) ? Number(text) : NaN;
     if (Number.isNaN(time_s)) {
       told.push(`says t=${short(text)}: that is no number of seconds`);
@@ -33,7 +40,7 @@ class Link {
     clock.pause();
     clock.seek(time_s);
     if (time_s >= first_s && time_s <= last_s) return;
-    const range = `${film.done ? "the run is" : "what has been flown is"} from ${first_s.toFixed(1)} to ${last_s.toFixed(1)} s`;
+    const range = `${clock.done ? "the run is" : "what has been flown is"} from ${first_s.toFixed(1)} to ${last_s.toFixed(1)} s`;
     told.push(`asks for ${short(text)} s, and ${range}: this is the nearest`);
   }
 
@@ -55,6 +62,7 @@ class Link {
     const { clock, choice, film } = this.page;
     const object = [choice.object, choice.followed].find((one) => one?.id !== undefined);
     const asked = new URLSearchParams({ t: String(Number(clock.time_s.toFixed(3))) });
+    if (this.page.pair) asked.set("run", this.page.run.letter.toLowerCase());
     if (object) asked.set(object.kind, object.kind === "target" ? targetWord(film, object.id) : object.id);
     if (object && objectWord(object) === objectWord(choice.followed)) asked.set("follow", "1");
     return `#${asked}`;

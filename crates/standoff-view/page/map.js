@@ -1,5 +1,8 @@
 // The map: north up. What lies under what is the order of `LAYERS`.
 
+/** What a map shows before its first picture. */
+const NO_SCENE = { time_s: 0, uavs: [], groups: [], targets: null };
+
 class MissionMap {
   constructor(canvas, film, choice) {
     this.canvas = canvas;
@@ -15,7 +18,7 @@ class MissionMap {
     /** The map that this one looks where it looks; `null` if it goes its own way. */
     this.leader = null;
     /** What the newest picture shows. */
-    this.scene = { time_s: 0, uavs: [], groups: [], targets: null };
+    this.scene = NO_SCENE;
     /** Its targets in sight, and where they are on the canvas, px. */
     this.drawn = [];
     /** Its colours of groups, by group and opacity. */
@@ -32,6 +35,9 @@ class MissionMap {
     this.canvas.height = height;
     this.camera.width = clientWidth;
     this.camera.height = clientHeight;
+    const tools = document.querySelector(".tools");
+    const isOver = getComputedStyle(tools).position === "absolute";
+    this.camera.top = isOver ? Math.min(tools.offsetTop + tools.offsetHeight, clientHeight / 2) : 0;
     this.view.restart();
     return true;
   }

@@ -90,7 +90,7 @@ function absence(film, scene, { kind, id }) {
   if (kind === "target") return scene.targets ? `${name} is not there at ${time_s.toFixed(1)} s` : "";
   const there = film.series(`${kind}s`, "x_m", id);
   const now = film.instant(time_s);
-  for (let k = now; k >= 0; k--) if (!Number.isNaN(there[k])) return `${name} ended at ${film.times_s[k + 1].toFixed(1)} s`;
+  for (let k = now; k >= 0; k--) if (!Number.isNaN(there[k])) return `${name} ended at ${(film.times_s[k + 1] ?? time_s).toFixed(1)} s`;
   const first = there.findIndex((x_m) => !Number.isNaN(x_m));
   return first < 0 ? `${name} is not there` : `${name} begins at ${film.times_s[first].toFixed(1)} s`;
 }

@@ -1,44 +1,5 @@
 // Two runs side by side, at one time: each has its map; one of them stands beside the maps.
 
-/** Several films as one, for the clock: the one that lasts longest. */
-class Together {
-  constructor(films) {
-    this.films = films;
-  }
-
-  get longest() {
-    return this.films.reduce((longest, film) => (film.end_s > longest.end_s ? film : longest));
-  }
-
-  get head() {
-    return this.longest.head;
-  }
-
-  get times_s() {
-    return this.longest.times_s;
-  }
-
-  get end_s() {
-    return this.longest.end_s;
-  }
-
-  get shown_end_s() {
-    return this.longest.shown_end_s;
-  }
-
-  isWhole(time_s) {
-    return this.longest.isWhole(time_s);
-  }
-
-  get done() {
-    return this.films.every((film) => film.done);
-  }
-
-  instant(time_s) {
-    return this.longest.instant(time_s);
-  }
-}
-
 /** The canvases of so many maps, side by side. */
 function canvases(count) {
   const views = document.querySelector(".views");
@@ -75,8 +36,10 @@ class Pair {
     name.className = "name";
     name.title = "Charts, state, events and outcome of this run";
     name.addEventListener("click", () => page.show(run));
-    run.map.canvas.addEventListener("pointerdown", () => page.show(run));
-    run.map.canvas.addEventListener("wheel", () => page.show(run), { passive: true });
+    // Before the map itself takes them.
+    for (const kind of ["pointerdown", "wheel"]) {
+      run.map.canvas.addEventListener(kind, () => page.show(run), { capture: true, passive: true });
+    }
     run.map.canvas.parentElement.prepend(name);
     return name;
   }
@@ -104,7 +67,8 @@ class Pair {
     if (!this.box.checked) return;
     const { followed } = before.choice;
     const { film, choice } = this.page;
-    const isHere = followed?.id === undefined || followed.kind === "target" || film.ids[`${followed.kind}s`].includes(followed.id);
+    // Another run's targets and groups are others, whatever their numbers.
+    const isHere = followed?.id === undefined || (followed.kind === "uav" && film.ids.uavs.includes(followed.id));
     choice.followed = isHere ? followed : null;
     this.link();
   }

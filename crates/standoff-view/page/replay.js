@@ -6,7 +6,7 @@ class Page {
     this.runs = runs;
     /** The run that stands beside the map. */
     this.run = runs[0];
-    this.clock = new Clock(runs.length > 1 ? new Together(runs.map((run) => run.film)) : this.run.film);
+    this.clock = new Clock(runs.map((run) => run.film));
     this.stale = true;
   }
 
@@ -17,11 +17,9 @@ class Page {
     this.run = run;
     this.pair.shown(before);
     follows(this);
-    filters(this);
     this.choice.tell();
     this.timeline.renew();
     this.charts.draw();
-    this.renew();
   }
 
   get film() {
@@ -91,10 +89,11 @@ function pictures(page) {
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
       // The map that others follow comes first.
       for (const run of [page.run, ...page.runs.filter((run) => run !== page.run)]) run.draw(scenes[page.runs.indexOf(run)]);
-      if (page.runs.some(({ map }) => !map.view.isSettled)) page.renew();
+      if (page.runs.some(({ map }) => !map.leader && !map.view.isSettled)) page.renew();
       state.lacks([...new Set(page.runs.map((run, index) => run.lacks(scenes[index], now_ms)))]);
       charts.follow();
       timeline.follow();
+      state.tell(clock.time_s);
       // Tables are for reading: a few times a second, and always when time stands still.
       if (!clock.playing || now_ms - told_ms > 200) {
         told_ms = now_ms;
@@ -123,7 +122,7 @@ function drawsCharts(page) {
       await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
       await page.runs[0].source.charts();
     }
-    while (!isDrawn && (page.clock.film.done || performance.now() - drawn_ms > 1000)) {
+    while (!isDrawn && (page.clock.done || performance.now() - drawn_ms > 1000)) {
       isDrawn = true;
       drawn_ms = performance.now();
       await page.charts.draw();
@@ -133,6 +132,7 @@ function drawsCharts(page) {
   return () => {
     isDrawn = false;
     drawing ??= draw()
+      .then(() => page.state.trouble(""))
       .catch((error) => page.state.trouble(`The charts could not be drawn: ${error.message}`))
       .finally(() => (drawing = null));
   };
@@ -140,7 +140,6 @@ function drawsCharts(page) {
 
 /** Loads a run, and shows what has come. */
 function load(page, run, drawCharts) {
-  let isOpened = run !== page.run;
   run.load({
     begun: () => begin(page),
     whole: () => showOutcome(page),
@@ -151,12 +150,15 @@ function load(page, run, drawCharts) {
       filters(page);
       controls(page);
       if (!page.film.parts.length) return;
-      if (!isOpened) page.link.open();
-      isOpened = true;
+      run.isBegun = true;
+      if (!page.isOpened && page.runs.every(({ isBegun }) => isBegun)) {
+        page.isOpened = true;
+        page.link.open();
+      }
       // Charts take long; what else there is does not wait for them.
       drawCharts();
     },
-    trouble: (words) => page.state.trouble(words),
+    trouble: (words) => page.state.trouble(words, run),
   });
 }
 

@@ -80,8 +80,8 @@ class Run {
           this.taken = { sealed: isSealed ? sealed + 1 : sealed, open };
         }
         if (this.told.done && !film.done) {
-          film.done = true;
           film.head = await source.head();
+          film.done = true;
           whole();
         }
         trouble("");

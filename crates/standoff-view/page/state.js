@@ -5,7 +5,7 @@ const MOST_ROWS = 100;
 
 /** What a file of the state has of each object, as far as it has it. */
 const CSV_COLUMNS = ["kind", "id", "name", "group", "to_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
-  "speed_m_s", "turn_rate_rad_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "members", "standoff_distance_m",
+  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "members", "standoff_distance_m",
   "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status", "out_of_view", "error_m", "detections"];
 
 /** A value as CSV has it. A text that a spreadsheet would take for a formula begins with an apostrophe. */
@@ -15,11 +15,16 @@ function csvText(value) {
   return /[",\n\r]/.test(plain) ? `"${plain.replaceAll('"', '""')}"` : plain;
 }
 
+/** What targets may be, the gravest first. */
+const CONCERNS = ["out of view", "coasting", "in dwell", "untracked", "unassigned", "discarded"];
+
 class State {
   constructor(page) {
     this.page = page;
     this.clock = element("clock");
     this.warning = element("warning");
+    // Where it is cut off, a tap shows all of it.
+    this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
     this.more = element("more");
     for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["targets", TARGET_COLUMNS]]) {
       headings(element(id), columns);
@@ -30,17 +35,22 @@ class State {
     this.brought = null;
     element("state-csv").addEventListener("click", () => this.saveCsv());
     this.said = null;
-    this.troubled = "";
+    /** By run, or of the page itself: what is wrong. */
+    this.troubles = new Map();
     this.lacking = [];
     this.told = [];
     this.grave = false;
   }
 
+  /** Tells the time, with every picture. */
+  tell(time_s) {
+    this.clock.textContent = time_s.toFixed(1);
+    this.clock.dateTime = `PT${time_s.toFixed(3)}S`;
+  }
+
   show(scene) {
     const { film, choice } = this.page;
     this.scene = scene;
-    this.clock.textContent = scene.time_s.toFixed(1);
-    this.clock.dateTime = `PT${scene.time_s.toFixed(3)}S`;
     const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(film, target.id) }));
     const worst = targets.filter((target) => concern(target));
     const shown = targets.filter((target) => choice.passes(target.group));
@@ -76,12 +86,13 @@ class State {
   warn(scene, worst) {
     const kinds = new Map();
     for (const target of worst) kinds.set(concern(target), [...(kinds.get(concern(target)) ?? []), target.name]);
-    const told = [...kinds].map(([what, names]) => {
-      const some = names.slice(0, 3).join(", ");
-      return `${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`;
-    });
-    for (const uav of scene.uavs) if (uav.out) told.push(outWords(uav));
+    // What is worst comes first: there may be no room for all.
+    const told = scene.uavs.filter((uav) => uav.out).map(outWords);
     for (const group of scene.groups) if (!group.feasible) told.push(`group ${group.id}: no feasible orbit`);
+    for (const [what, names] of [...kinds].sort(([a], [b]) => CONCERNS.indexOf(a) - CONCERNS.indexOf(b))) {
+      const some = names.slice(0, 3).join(", ");
+      told.push(`${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`);
+    }
     this.told = told;
     this.grave = kinds.has("out of view");
     this.say();
@@ -91,20 +102,25 @@ class State {
   saveCsv() {
     const { film, choice } = this.page;
     if (!this.scene) return;
-    const { time_s, uavs, groups, targets } = this.scene;
+    // Of the instant that is on, not between two.
+    const { time_s, uavs, groups, targets } = this.page.run.scene(film.times_s[film.instant(this.scene.time_s)]);
     const shown = (targets ?? []).filter((target) => choice.passes(target.group));
-    const of = (kind, some) => some.map((one) => ({ ...one, kind, name: objectName(film, { kind, id: one.id }) }));
-    const all = [...of("uav", uavs.map((uav) => ({ ...uav, x_m: uav.now_x_m, y_m: uav.now_y_m }))), ...of("group", groups), ...of("target", shown)];
+    const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(film, { kind, id: one.id }) }));
+    const all = [...of("uav", uavs.map((uav) => ({ ...uav, out_since_s: uav.out?.since_s }))), ...of("group", groups), ...of("target", shown)];
     const cell = (value) => (value === null || value === undefined || Number.isNaN(value) ? "" : csvText(value));
     const lines = all.map((one) => [time_s, ...CSV_COLUMNS.map((column) => one[column])].map(cell).join(","));
     save(`${fileName(`${runName(film.head)}-state-${time_s.toFixed(1)}s`)}.csv`,
       `${["time_s", ...CSV_COLUMNS].join(",")}\n${lines.join("\n")}\n`, "text/csv");
   }
 
-  /** That something is wrong with the page itself; nothing, once it is well again. */
-  trouble(words) {
-    this.troubled = words;
+  /** That something is wrong with the page itself, or with a run of it; nothing, once it is well again. */
+  trouble(words, run = null) {
+    this.troubles.set(run, words && this.page.pair && run ? `${run.letter}: ${words}` : words);
     this.say();
+  }
+
+  get troubled() {
+    return [...this.troubles.values()].filter(Boolean).join(" \u00b7 ");
   }
 
   /** What is missing in the picture, in words. */
@@ -118,7 +134,7 @@ class State {
     this.warning.classList.toggle("grave", this.grave || this.troubled !== "");
     if (text === this.said) return;
     this.said = text;
-    this.warning.textContent = text;
+    this.warning.textContent = this.warning.title = text;
   }
 }
 

@@ -14,7 +14,7 @@ function chartsFigure(charts, width) {
     named.add(name);
     return { ...trace, name, legendgroup: name, showlegend, opacity: trace.opacity, xaxis: "x", yaxis: axis(index) };
   }));
-  const top = 54 + 19 * Math.ceil((named.size * 110) / (width - 80));
+  const top = 68 + 19 * Math.ceil((named.size * 110) / (width - 80));
   const layout = {
     width, height: 128 * count + top + 40, margin: { l: 64, r: 16, t: top, b: 40 }, ...plotLook(),
     title: { text: plain(`${head.scenario}, seed ${head.seed}`), x: 0.01, y: 1, yref: "container", yanchor: "top", pad: { t: 10 }, font: { size: 14, color: ink } },
@@ -47,7 +47,7 @@ function filesName({ head }) {
 
 /** Saves the charts that are shown. */
 async function savePng(charts) {
-  if (!window.Plotly || !charts.shown.length) return;
+  if (!window.Plotly || !charts.shown.length || !charts.shown.every(({ plot }) => plot.layout)) return;
   const width = 1000;
   const { data, layout } = chartsFigure(charts, width);
   await window.Plotly.downloadImage({ data, layout }, { format: "png", filename: filesName(charts.film), scale: 2, width, height: layout.height });

@@ -21,24 +21,29 @@ class TargetSeries {
     this.dropped = true;
   }
 
+  /** Of all parts, those that have been read. */
   get share() {
     return this.film.parts.length ? this.read.length / this.film.parts.length : 1;
   }
 
+  /** The part to read next: the first that has not been read, or not as far as it goes now; none, if all have. */
+  get next() {
+    const part = this.film.parts.findIndex((half, k) => (this.read[k]?.instants ?? 0) < half.times_s.length);
+    return part < 0 ? undefined : part;
+  }
+
   /** Loads what there is and has not been read; tells now and then. */
   async load(told) {
-    if (this.loading) return;
+    const { film } = this;
+    // What could not be read is asked for again when there is more.
+    if (this.loading || this.next === undefined || this.failed_s === film.end_s) return;
     this.loading = true;
     let told_ms = performance.now();
     try {
-      while (!this.dropped) {
-        const { parts } = this.film;
-        const last = this.read.length - 1;
-        const isShort = last >= 0 && this.read[last].instants < (parts[last]?.times_s.length ?? 0);
-        const part = isShort ? last : last + 1;
-        if (part >= parts.length) break;
-        const instants = parts[part].times_s.length;
-        this.take(part, instants, this.film.details.get(part)?.half ?? (await this.film.source.half("detail", part)));
+      for (let part = this.next; part !== undefined && !this.dropped; part = this.next) {
+        const instants = film.parts[part].times_s.length;
+        const held = film.details.get(part);
+        this.take(part, instants, held?.instants >= instants ? held.half : await film.source.half("detail", part));
         if (performance.now() - told_ms > 500) {
           told();
           told_ms = performance.now();
@@ -47,7 +52,7 @@ class TargetSeries {
         await new Promise((resolve) => setTimeout(resolve));
       }
     } catch {
-      // What cannot be read now is asked for again when there is more.
+      this.failed_s = film.end_s;
     }
     this.loading = false;
     if (!this.dropped) told();

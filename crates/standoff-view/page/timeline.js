@@ -80,6 +80,8 @@ class Timeline {
   /** Goes to an event, and tells of it. */
   goTo(event) {
     this.gone = event;
+    // Whoever goes to an event wants to see its row.
+    this.list.isAway = false;
     this.clock.seek(event.time_s);
     const others = this.list.times().filter((time_s) => time_s === event.time_s).length - 1;
     const more = others > 0 ? ` (and ${others} more at this time)` : "";
@@ -111,7 +113,7 @@ class Timeline {
     this.slider.min = first;
     this.slider.max = last;
     this.slider.step = "any";
-    const { head, end_s, done } = this.film;
+    const { head, end_s, done } = this.clock.film;
     const planned = `${head.duration_s.toFixed(1)} s`;
     this.total.textContent = done ? `/ ${end_s.toFixed(1)} s` : head.live ? `/ ${end_s.toFixed(1)} of ${planned}` : `/ ${planned}`;
     this.sieve.renew();

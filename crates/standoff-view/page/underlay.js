@@ -4,7 +4,7 @@
 /** Kinds, and how a line of each is drawn: its least width, px; from which scale on, px per m; broken or not. */
 const UNDERLAY = {
   green: [0, 0, []], water: [1, 0, []], other: [0.5, 0.02, []], building: [0, 0.03, []], path: [0.6, 0.15, []],
-  rail: [0.7, 0.03, []], minor: [0.7, 0.02, []], major: [1.1, 0, []],
+  rail: [0.7, 0.03, []], minor: [1, 0.02, []], major: [1.6, 0, []],
 };
 
 class Underlay {
