@@ -17,7 +17,7 @@ use crate::shape::{Form, Point, Shapes};
 const WIDTH_MAX_M: f64 = 100.0;
 /// Width of a lane, m.
 const LANE_M: f64 = 3.2;
-/// Longest name of a kind of object, or value of a property, that is kept, bytes: others are none that are known.
+/// So much of the value of a property is kept, bytes: longer ones are none that are known.
 const MAX_WORD: usize = 200;
 /// What there is.
 const GEOMETRIES: [&str; 7] =
@@ -193,7 +193,7 @@ impl<'de> Visitor<'de> for Seed<'_> {
                 "geometries" => object.geometries = map.next_value_seed(Many(found))?,
                 "coordinates" => object.coordinates = Some(map.next_value_seed(Coordinates(found))?),
                 "properties" => object.tags = map.next_value::<Tags>()?.0,
-                "crs" => check_crs(&map.next_value()?).map_err(A::Error::custom)?,
+                "crs" => check_crs(&map.next_value_seed(Under(&["properties", "name"]))?).map_err(A::Error::custom)?,
                 "id" | "@id" => {
                     let Word(id) = map.next_value()?;
                     found.is_of_openstreetmap |= ["node/", "way/", "relation/"].iter().any(|of| id.starts_with(of));
@@ -211,13 +211,11 @@ impl<'de> Visitor<'de> for Seed<'_> {
 }
 
 /// Refuses a frame that is not GeoJSON's, where an older file names one.
-fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
-    match crs.pointer("/properties/name").and_then(serde_json::Value::as_str) {
-        Some(name) if !WGS84.contains(&name) => {
-            Err(format!("crs = {}: must be WGS84 (EPSG:4326); save the file again in that", quoted(name)))
-        }
-        _ => Ok(()),
+fn check_crs(name: &str) -> Result<(), String> {
+    if name.is_empty() || WGS84.contains(&name) {
+        return Ok(());
     }
+    Err(format!("crs = {}: must be WGS84 (EPSG:4326); save the file again in that", quoted(name)))
 }
 
 /// An object, or null.
@@ -445,17 +443,77 @@ impl<'de> Visitor<'de> for InTags {
     }
 }
 
-/// A value as a word; empty of what is none.
+/// A value as a word, of which the beginning is kept; empty of what is none.
 struct Word(String);
 
 impl<'de> Deserialize<'de> for Word {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Self(match serde_json::Value::deserialize(deserializer)? {
-            serde_json::Value::String(text) if text.len() <= MAX_WORD => text,
-            serde_json::Value::Number(number) => number.to_string(),
-            serde_json::Value::Bool(true) => "yes".to_owned(),
-            serde_json::Value::Bool(false) => "no".to_owned(),
-            _ => String::new(),
-        }))
+        Under(&[]).deserialize(deserializer).map(Self)
+    }
+}
+
+/// The word under these names of members, each within the one before. Nothing else is kept, however large it is.
+struct Under<'n>(&'n [&'n str]);
+
+impl Under<'_> {
+    fn word<E>(&self, word: &str) -> Result<String, E> {
+        let kept = if self.0.is_empty() { &word[..word.floor_char_boundary(MAX_WORD)] } else { "" };
+        Ok(kept.to_owned())
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Under<'_> {
+    type Value = String;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Under<'_> {
+    type Value = String;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a value")
+    }
+
+    fn visit_str<E>(self, value: &str) -> Result<String, E> {
+        self.word(value)
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<String, E> {
+        self.word(&value.to_string())
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<String, E> {
+        self.word(&value.to_string())
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<String, E> {
+        self.word(&value.to_string())
+    }
+
+    fn visit_bool<E>(self, value: bool) -> Result<String, E> {
+        self.word(if value { "yes" } else { "no" })
+    }
+
+    fn visit_unit<E>(self) -> Result<String, E> {
+        Ok(String::new())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<String, A::Error> {
+        while seq.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(String::new())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<String, A::Error> {
+        let mut word = String::new();
+        while let Some(key) = map.next_key::<String>()? {
+            match self.0 {
+                [name, rest @ ..] if key == *name => word = map.next_value_seed(Under(rest))?,
+                _ => drop(map.next_value::<IgnoredAny>()?),
+            }
+        }
+        Ok(word)
     }
 }

@@ -205,6 +205,28 @@ fn what_is_no_map_is_refused_where_it_is_wrong() {
     assert!(refused(&[&deep], &METRES).contains("recursion limit"), "{}", refused(&[&deep], &METRES));
 }
 
+/// What would be kept must be a number, and not nest deeply; what is passed over may be anything.
+#[test]
+fn what_stands_in_the_place_of_a_word_is_passed_over_and_not_kept() {
+    let large = format!("[1e999, {}0{}]", "[".repeat(1_000), "]".repeat(1_000));
+    for json in [
+        format!("{{\"id\": {large}, \"copyright\": {{\"a\": {large}}}, {}", &LINE[1..]),
+        format!("{{\"crs\": {large}, {}", &LINE[1..]),
+        format!(
+            "{{\"crs\": {{\"type\": {large}, \"properties\": {{\"x\": {large}, \"name\": {large}}}}}, {}",
+            &LINE[1..]
+        ),
+        format!(
+            "{{\"type\": \"Feature\", \"properties\": {{\"highway\": {large}, \"width\": {{\"m\": {large}}}}}, \"geometry\": {LINE}}}"
+        ),
+    ] {
+        let (lines, ..) = unpacked(&packed(&[&json, NET], &METRES).unwrap());
+        assert!(lines.iter().any(|(kind, ..)| *kind == Kind::Other), "{json}");
+    }
+    let long = format!("{{\"crs\": {{\"properties\": {{\"name\": \"{}\"}}}}}}", "\u{e9}".repeat(1_000));
+    assert!(refused(&[&long], &METRES).contains(": must be WGS84"));
+}
+
 #[test]
 fn what_is_packed_is_the_same_as_what_is_not() {
     let home = tempfile::tempdir().unwrap();
