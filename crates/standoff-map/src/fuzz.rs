@@ -15,6 +15,7 @@ use standoff_sim::traffic::Origin;
 
 use crate::error::{MapError, named};
 use crate::packed::check;
+use crate::shape::Count;
 use crate::{Bounds, MAP, Place, parse, place, thin};
 
 /// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
@@ -135,7 +136,8 @@ fn somewhere(choices: &mut Choices<'_>) -> Place {
 /// Whether it was accepted.
 fn try_one(bytes: &[u8], place: &Place) -> bool {
     let made = || {
-        let read = source::text(bytes, &MAP).and_then(parse).map_err(named("file\u{1b}"))?;
+        let read =
+            source::text(bytes, &MAP).and_then(|text| parse(text, Count::default())).map_err(named("file\u{1b}"))?;
         let placed = place::all(vec![("file\u{1b}".to_owned(), read)], place)?;
         Ok::<_, MapError>(thin::fit(placed, true))
     };
@@ -181,7 +183,7 @@ fn any_geojson_is_read_or_refused() {
 fn any_packed_map_is_read_or_refused() {
     let place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
     let unpacked = |bytes: &[u8]| {
-        let read = source::text(bytes, &MAP).and_then(parse).unwrap();
+        let read = source::text(bytes, &MAP).and_then(|text| parse(text, Count::default())).unwrap();
         let placed = place::all(vec![(String::new(), read)], &place).unwrap();
         let gz = thin::fit(placed, true).unwrap().gz;
         let mut json = Vec::new();

@@ -11,7 +11,7 @@ use standoff_sim::text::{quoted, words};
 use crate::kind::{TAGS, of_tags};
 use crate::limit::{FURTHEST_M, MAX_POINTS};
 use crate::place::Read;
-use crate::shape::{Form, Point, Shapes};
+use crate::shape::{Count, Form, Point, Shapes};
 
 /// Widest line that is believed, m.
 const WIDTH_MAX_M: f64 = 100.0;
@@ -26,9 +26,9 @@ const GEOMETRIES: [&str; 7] =
 const WGS84: [&str; 5] =
     ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4326"];
 
-pub(crate) fn read(text: Text<'_>) -> Result<Read, Fault> {
+pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     let begin = text.position();
-    let mut found = Found { can_be_degrees: true, ..Found::default() };
+    let mut found = Found::after(before);
     let mut json = serde_json::Deserializer::from_reader(BufReader::new(text.in_one_piece()));
     let whole = Seed(&mut found).deserialize(&mut json).and_then(|object| json.end().map(|()| object));
     let object = whole.map_err(|error| fault(error, begin))?;
@@ -37,9 +37,11 @@ pub(crate) fn read(text: Text<'_>) -> Result<Read, Fault> {
         let message = "holds no lines and no polygons; a map is made of them (points are not shown)";
         return Err(Fault::whole(message.to_owned()));
     }
-    let (shapes, in_degrees) =
-        if found.can_be_degrees { (Vec::new(), found.shapes.all) } else { (found.shapes.all, Vec::new()) };
-    Ok(Read { shapes, in_degrees, location: None, is_net: false, is_of_openstreetmap: found.is_of_openstreetmap })
+    let mut shapes = found.shapes;
+    if found.can_be_degrees {
+        shapes.in_degrees = std::mem::take(&mut shapes.all);
+    }
+    Ok(Read { shapes, location: None, is_net: false, is_of_openstreetmap: found.is_of_openstreetmap })
 }
 
 /// What is wrong, and where: `begin` is where the JSON begins.
@@ -62,11 +64,12 @@ fn fault(error: serde_json::Error, begin: Position) -> Fault {
 }
 
 /// What has been found so far.
-#[derive(Default)]
 struct Found {
     shapes: Shapes,
-    /// Positions read, of objects that are not done yet, too.
-    points: usize,
+    /// What was read, of objects that are not done yet, too: positions, and geometries within collections.
+    read: Count,
+    /// Lists of positions, and of those.
+    lists: usize,
     can_be_degrees: bool,
     is_of_openstreetmap: bool,
 }
@@ -119,7 +122,7 @@ impl Object {
         let coordinates = self.coordinates.ok_or_else(|| format!("{}: coordinates are missing", self.kind))?;
         let wrong = || format!("{}: its coordinates are not nested as they must be", self.kind);
         let width_m = width_m(tags).unwrap_or(kind.width_m());
-        let mut add = |form| found.shapes.add(kind, form);
+        let mut add = |form| found.shapes.add(kind, form, false);
         match self.kind.as_str() {
             "LineString" => add(Form::Line(width_m, coordinates.line().ok_or_else(wrong)?)),
             "MultiLineString" => {
@@ -296,21 +299,27 @@ impl<'de> Visitor<'de> for Many<'_> {
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<Object>, A::Error> {
         let mut all = Vec::new();
         while let Some(geometry) = seq.next_element_seed(Seed(&mut *self.0))? {
-            self.0.count().map_err(A::Error::custom)?;
-            all.push(geometry);
+            self.0.read = self.0.read.with(1, 0).map_err(A::Error::custom)?;
+            // Properties are a feature's.
+            all.push(Object { tags: Vec::new(), ..geometry });
         }
         Ok(all)
     }
 }
 
 impl Found {
-    /// One more position, or list of them.
-    fn count(&mut self) -> Result<(), String> {
-        self.points += 1;
-        if self.points <= 2 * MAX_POINTS {
+    fn after(before: Count) -> Self {
+        let shapes = Shapes::after(before);
+        Self { shapes, read: before, lists: 0, can_be_degrees: true, is_of_openstreetmap: false }
+    }
+
+    /// One more list of positions, or of lists.
+    fn count_list(&mut self) -> Result<(), String> {
+        self.lists += 1;
+        if self.lists <= MAX_POINTS {
             return Ok(());
         }
-        Err(format!("has more than {MAX_POINTS} points; cut the map to where the vehicles drive"))
+        Err(format!("has more than {MAX_POINTS} lists of points; cut the map to where the vehicles drive"))
     }
 }
 
@@ -364,7 +373,6 @@ impl<'de> Visitor<'de> for Deeper<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Part, A::Error> {
         let found = self.0;
-        found.count().map_err(A::Error::custom)?;
         let (mut numbers, mut count, mut list) = ([0.0; 2], 0, Vec::new());
         while let Some(part) = seq.next_element_seed(Deeper(&mut *found))? {
             match part {
@@ -387,9 +395,13 @@ impl<'de> Visitor<'de> for Deeper<'_> {
             }
         }
         match count {
-            0 => Ok(Part::Nest(Nest::List(list))),
+            0 => {
+                found.count_list().map_err(A::Error::custom)?;
+                Ok(Part::Nest(Nest::List(list)))
+            }
             1 => Err(A::Error::custom("a position of one number; must be longitude and latitude")),
             _ => {
+                found.read = found.read.with(0, 1).map_err(A::Error::custom)?;
                 found.can_be_degrees &= numbers[0].abs() <= 180.0 && numbers[1].abs() <= 90.0;
                 Ok(Part::Nest(Nest::Position(numbers)))
             }

@@ -34,6 +34,7 @@ pub use shape::Bounds;
 
 use error::named;
 use place::Read;
+use shape::Count;
 
 /// What is wanted.
 static MAP: Wanted = Wanted { what: "map", whole: "a map", formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON" };
@@ -41,18 +42,15 @@ static MAP: Wanted = Wanted { what: "map", whole: "a map", formats: "a SUMO net 
 /// Reads, places, thins and packs maps. Fails at the first that cannot be used.
 pub fn pack(files: &[MapFile], place: &Place) -> Result<Packed, MapError> {
     let mut read = Vec::new();
+    let mut count = Count::default();
     for file in files {
         let (name, text) = match file {
             MapFile::BuiltIn(name, bytes) => ((*name).to_owned(), source::text(*bytes, &MAP)),
             MapFile::OnDisk(path) => (path.display().to_string(), source::open(path, &MAP)),
         };
-        let found = text.and_then(parse).map_err(named(&name))?;
+        let found = text.and_then(|text| parse(text, count)).map_err(named(&name))?;
+        count = found.shapes.count;
         read.push((name, found));
-    }
-    let mut points = 0;
-    for (number, (name, found)) in (1..).zip(&read) {
-        points += found.points();
-        shape::check(number, points).map_err(|message| named(name)(Fault::whole(message)))?;
     }
     let is_of_openstreetmap = read.iter().any(|(_, found)| found.is_of_openstreetmap);
     let placed = place::all(read, place)?;
@@ -67,10 +65,11 @@ fn all_names(files: &[MapFile]) -> String {
     files.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-fn parse(mut text: Text<'_>) -> Result<Read, Fault> {
+/// What is in a file; `before` is in those before it.
+fn parse(mut text: Text<'_>, before: Count) -> Result<Read, Fault> {
     match text.first_byte()? {
-        Some(b'<') => sumo::read(text),
-        Some(b'{') => geojson::read(text),
+        Some(b'<') => sumo::read(text, before),
+        Some(b'{') => geojson::read(text, before),
         Some(_) => {
             let message = format!("is no map: must be {}, and begin with < or {{", MAP.formats);
             Err(Fault::at(text.position(), message))

@@ -12,7 +12,7 @@ use standoff_sim::traffic::Origin;
 
 use crate::error::{MapError, named};
 use crate::limit::{FURTHEST_M, MARGIN_M};
-use crate::shape::{Bounds, Form, Point, Shape};
+use crate::shape::{Bounds, Form, Point, Shape, Shapes};
 
 /// Where a run is flown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,20 +26,12 @@ pub struct Place {
 /// What is in a file.
 #[derive(Debug)]
 pub(crate) struct Read {
-    /// In the frame of `location`; without one in metres.
-    pub(crate) shapes: Vec<Shape>,
-    /// In degrees: longitude, latitude.
-    pub(crate) in_degrees: Vec<Shape>,
+    /// In the frame of `location`, without one in metres; or in degrees: longitude, latitude.
+    pub(crate) shapes: Shapes,
     pub(crate) location: Option<Location>,
     /// Traffic is in the frame of its net.
     pub(crate) is_net: bool,
     pub(crate) is_of_openstreetmap: bool,
-}
-
-impl Read {
-    pub(crate) fn points(&self) -> usize {
-        self.shapes.iter().chain(&self.in_degrees).map(|shape| shape.form.points().count()).sum()
-    }
 }
 
 /// The frame of a net.
@@ -124,7 +116,7 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
     let mut placed = Placed::default();
     for (name, file) in files {
         let named = |fault| named(&name)(fault);
-        let Read { shapes, in_degrees, location, .. } = file;
+        let Read { shapes: Shapes { all: shapes, in_degrees, .. }, location, .. } = file;
         placed.of += shapes.len() + in_degrees.len();
         let before = placed.shapes.len();
         let mut spans: Option<Bounds> = None;

@@ -35,35 +35,52 @@ impl Form {
     }
 }
 
+/// How much there is, of all maps of a run.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Count {
+    pub(crate) shapes: usize,
+    pub(crate) points: usize,
+}
+
+impl Count {
+    /// With so many more. Fails if those are too many.
+    pub(crate) fn with(self, shapes: usize, points: usize) -> Result<Self, String> {
+        let (shapes, points) = (self.shapes + shapes, self.points + points);
+        let advice = "cut the map to where the vehicles drive";
+        if points > MAX_POINTS {
+            return Err(format!("has more than {MAX_POINTS} points; {advice}"));
+        }
+        if shapes > MAX_SHAPES {
+            return Err(format!("has more than {MAX_SHAPES} lines and areas; {advice}"));
+        }
+        Ok(Self { shapes, points })
+    }
+}
+
 /// The shapes of a file as they are read, counted.
 #[derive(Debug, Default)]
 pub(crate) struct Shapes {
     pub(crate) all: Vec<Shape>,
-    points: usize,
+    /// Those in degrees, where others are not.
+    pub(crate) in_degrees: Vec<Shape>,
+    /// With those of the files before.
+    pub(crate) count: Count,
 }
 
 impl Shapes {
+    pub(crate) fn after(count: Count) -> Self {
+        Self { count, ..Self::default() }
+    }
+
     /// Takes one in. Fails if there are too many.
-    pub(crate) fn add(&mut self, kind: Kind, form: Form) -> Result<(), String> {
+    pub(crate) fn add(&mut self, kind: Kind, form: Form, in_degrees: bool) -> Result<(), String> {
         if form.lines().iter().all(|line| line.len() < 2) {
             return Ok(());
         }
-        self.points += form.points().count();
-        self.all.push(Shape { kind, form });
-        check(self.all.len(), self.points)
+        self.count = self.count.with(1, form.points().count())?;
+        if in_degrees { &mut self.in_degrees } else { &mut self.all }.push(Shape { kind, form });
+        Ok(())
     }
-}
-
-/// Refuses what is too much.
-pub(crate) fn check(shapes: usize, points: usize) -> Result<(), String> {
-    let advice = "cut the map to where the vehicles drive";
-    if points > MAX_POINTS {
-        return Err(format!("has more than {MAX_POINTS} points; {advice}"));
-    }
-    if shapes > MAX_SHAPES {
-        return Err(format!("has more than {MAX_SHAPES} lines and areas; {advice}"));
-    }
-    Ok(())
 }
 
 /// A rectangle: west, south, east, north.

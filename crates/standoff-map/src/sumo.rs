@@ -8,9 +8,9 @@ use standoff_sim::source::{Fault, Position, Text};
 use standoff_sim::text::quoted;
 
 use crate::kind::Kind;
-use crate::limit::{FURTHEST_M, MAX_PROJECTION};
+use crate::limit::{FURTHEST_M, MAX_PROJECTION, MAX_SHAPES};
 use crate::place::{Location, Read};
-use crate::shape::{Form, Point, Shapes};
+use crate::shape::{Count, Form, Point, Shapes};
 
 /// Width of a lane where the net does not tell, m: SUMO's own.
 const LANE_M: f64 = 3.2;
@@ -27,11 +27,11 @@ const ON_PATHS: [&str; 4] = ["pedestrian", "bicycle", "wheelchair", "scooter"];
 /// Roots of files that hold polygons.
 const OF_POLYGONS: [&str; 3] = ["additional", "polygons", "shapes"];
 
-pub(crate) fn read(text: Text<'_>) -> Result<Read, Fault> {
-    let mut file = File::default();
+pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
+    let mut file = File { shapes: Shapes::after(before), ..File::default() };
     walk(text, &mut file)?;
     file.end_edge()?;
-    if file.shapes.all.is_empty() && file.in_degrees.all.is_empty() {
+    if file.shapes.all.is_empty() && file.shapes.in_degrees.is_empty() {
         return Err(Fault::whole("holds no edges and no polygons; must be a SUMO net, or polygons of SUMO".to_owned()));
     }
     if let (true, None) = (file.is_net, &file.location) {
@@ -39,8 +39,7 @@ pub(crate) fn read(text: Text<'_>) -> Result<Read, Fault> {
         return Err(Fault::whole(message.to_owned()));
     }
     Ok(Read {
-        shapes: file.shapes.all,
-        in_degrees: file.in_degrees.all,
+        shapes: file.shapes,
         location: file.location,
         is_net: file.is_net,
         is_of_openstreetmap: file.is_of_openstreetmap,
@@ -54,7 +53,6 @@ struct File {
     is_net: bool,
     location: Option<Location>,
     shapes: Shapes,
-    in_degrees: Shapes,
     is_of_openstreetmap: bool,
     edge: Option<Edge>,
     /// The lanes of roads, by id.
@@ -66,6 +64,8 @@ struct Edge {
     start: Position,
     kind: Option<Kind>,
     lanes: Vec<Lane>,
+    /// Of all its lanes.
+    points: usize,
 }
 
 struct Lane {
@@ -143,7 +143,7 @@ impl File {
         let [function, kind] = attributes(element, start, ["function", "type"])?;
         let is_within = function.is_some_and(|function| WITHIN.contains(&function.text.as_ref()));
         let kind = kind.and_then(|kind| Kind::of_type(&kind.text));
-        self.edge = (!is_within).then(|| Edge { start, kind, lanes: Vec::new() });
+        self.edge = (!is_within).then(|| Edge { start, kind, lanes: Vec::new(), points: 0 });
         Ok(())
     }
 
@@ -170,9 +170,17 @@ impl File {
             return Err(Fault::at(start, message.to_owned()));
         };
         let line = shape.read(points)?;
+        // They are held until the edge ends.
+        edge.points += line.len();
+        let held = self.shapes.count.with(edge.lanes.len() + 1, edge.points);
+        held.map_err(|message| Fault::at(start, message))?;
         let width_m = number(width).filter(|width| (0.1..=LANE_MAX_M).contains(width)).unwrap_or(LANE_M);
         if let (Some(id), Kind::Minor | Kind::Major) = (id, kind) {
             self.lanes.insert(id.text.into(), kind);
+            if self.lanes.len() > MAX_SHAPES {
+                let message = format!("has more than {MAX_SHAPES} lanes; cut the map to where the vehicles drive");
+                return Err(Fault::at(start, message));
+            }
         }
         edge.lanes.push(Lane { kind, width_m, line });
         Ok(())
@@ -191,7 +199,7 @@ impl File {
             lanes = vec![Lane { kind, width_m, line }];
         }
         for lane in lanes {
-            let added = self.shapes.add(kind, Form::Line(lane.width_m, lane.line));
+            let added = self.shapes.add(kind, Form::Line(lane.width_m, lane.line), false);
             added.map_err(|message| Fault::at(start, message))?;
         }
         Ok(())
@@ -211,7 +219,7 @@ impl File {
         if ring.len() < 3 {
             return Ok(());
         }
-        self.shapes.add(kind, Form::Area(vec![closed(ring)])).map_err(|message| Fault::at(start, message))
+        self.shapes.add(kind, Form::Area(vec![closed(ring)]), false).map_err(|message| Fault::at(start, message))
     }
 
     fn polygon(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
@@ -224,8 +232,7 @@ impl File {
         let line = shape.read(points)?;
         let is_area = line.len() > 2 && (is_set(fill) || line.first() == line.last());
         let form = if is_area { Form::Area(vec![closed(line)]) } else { Form::Line(kind.width_m(), line) };
-        let shapes = if is_set(geo) { &mut self.in_degrees } else { &mut self.shapes };
-        shapes.add(kind, form).map_err(|message| Fault::at(start, message))
+        self.shapes.add(kind, form, is_set(geo)).map_err(|message| Fault::at(start, message))
     }
 }
 

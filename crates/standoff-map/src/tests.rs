@@ -7,11 +7,14 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use standoff_sim::scenario::MapFile;
+use standoff_sim::source;
 use standoff_sim::traffic::{Options, Origin, Traffic, read};
 
 use crate::kind::Kind;
+use crate::limit::{MAX_POINTS, MAX_SHAPES};
 use crate::packed::{Contents, check};
-use crate::{Bounds, MapError, Packed, Place, pack};
+use crate::shape::Count;
+use crate::{Bounds, MAP, MapError, Packed, Place, pack, parse};
 
 const METRES: Place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
 
@@ -225,6 +228,38 @@ fn what_stands_in_the_place_of_a_word_is_passed_over_and_not_kept() {
     }
     let long = format!("{{\"crs\": {{\"properties\": {{\"name\": \"{}\"}}}}}}", "\u{e9}".repeat(1_000));
     assert!(refused(&[&long], &METRES).contains(": must be WGS84"));
+}
+
+/// What is held is counted as it comes, before the object ends that it is part of: these never do.
+#[test]
+fn a_bound_is_met_before_what_breaks_it_is_held() {
+    let lane = "<lane id=\"l\" shape=\"0,0 1,1\"/>\n";
+    let points = Count { points: MAX_POINTS - 3, shapes: 0 };
+    let shapes = Count { points: 0, shapes: MAX_SHAPES - 1 };
+    for (text, before, place, expected) in [
+        (format!("<net><edge id=\"e\">\n{lane}{lane}"), points, "3:1", "has more than 5000000 points"),
+        (format!("<net><edge id=\"e\">\n{lane}{lane}"), shapes, "3:1", "has more than 1000000 lines and areas"),
+        (
+            "{\"coordinates\": [[[1, 2]], [\n[1, 2], [1, 2], [1, 2]".to_owned(),
+            points,
+            "2:22",
+            "has more than 5000000 points",
+        ),
+        ("{\"geometries\": [{},\n{}".to_owned(), shapes, "2:2", "has more than 1000000 lines and areas"),
+    ] {
+        let text = source::text(text.as_bytes(), &MAP).unwrap();
+        let fault = parse(text, before).unwrap_err();
+        assert!(fault.message.starts_with(expected), "{fault}");
+        assert_eq!(fault.position.unwrap().to_string(), place, "{fault}");
+    }
+}
+
+#[test]
+fn the_maps_of_a_run_are_counted_together_and_no_more_is_read() {
+    let half = vec!["[[0,0],[0,1]]"; MAX_SHAPES / 2 + 1].join(",");
+    let half = format!("{{\"type\": \"MultiLineString\", \"coordinates\": [{half}]}}");
+    let told = refused(&[&half, &half, "rubbish"], &METRES);
+    assert!(told.starts_with("1.map: has more than 1000000 lines and areas; cut the map"), "{told}");
 }
 
 #[test]
