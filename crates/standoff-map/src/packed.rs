@@ -100,5 +100,10 @@ pub(crate) fn check(gz: &[u8]) -> Result<(), String> {
     });
     let widths = contents.layers.iter().all(|layer| (0.0..=1000.0).contains(&layer.width_m));
     let credit = contents.credit.is_none_or(|credit| credit.chars().count() <= 100);
-    if are_pairs && widths && credit { Ok(()) } else { Err("its lines are not what they should be".to_owned()) }
+    for (is_right, what) in [(are_pairs, "lines"), (widths, "widths"), (credit, "credit")] {
+        if !is_right {
+            return Err(format!("its {what} cannot be what was packed"));
+        }
+    }
+    Ok(())
 }

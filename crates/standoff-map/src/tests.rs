@@ -317,6 +317,13 @@ fn a_records_map_that_is_damaged_is_none() {
         gz.write_all(json.as_bytes()).unwrap();
         gz.finish().unwrap()
     };
+    for (bad, what) in [
+        ("{\"format\":1,\"layers\":[{\"kind\":\"minor\",\"width_m\":1,\"lines\":[[1,2,3]],\"areas\":[]}]}", "lines"),
+        ("{\"format\":1,\"layers\":[{\"kind\":\"minor\",\"width_m\":-1,\"lines\":[],\"areas\":[]}]}", "widths"),
+        (&format!("{{\"format\":1,\"credit\":\"{}\",\"layers\":[]}}", "x".repeat(101)), "credit"),
+    ] {
+        assert_eq!(check(&gz(bad)), Err(format!("its {what} cannot be what was packed")));
+    }
     for bad in [
         good.gz[..20].to_vec(),
         b"rubbish".to_vec(),
