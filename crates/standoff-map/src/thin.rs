@@ -18,9 +18,7 @@ const WIDTH_STEP_M: f64 = 0.5;
 
 /// What fits of a map.
 pub(crate) fn fit(placed: Placed, is_of_openstreetmap: bool) -> Result<Packed, String> {
-    let Placed { mut shapes, of } = placed;
-    // In the order of the map: what is near one another packs well.
-    shapes.sort_by_key(|shape| shape.kind);
+    let Placed { shapes, of } = placed;
     let credit = is_of_openstreetmap.then(|| CREDIT.to_owned());
     let mut tolerance_m = TOLERANCE_M;
     while tolerance_m < TOLERANCE_MAX_M {
