@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use standoff_sim::disk;
-use standoff_sim::record::{MAP, Record};
+use standoff_sim::record::{MAP_FILE, Record};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_sim::text;
@@ -24,7 +24,7 @@ pub(crate) fn show(dir: &Path, choice: Choice, maps: &Maps, json: bool) -> Resul
     if !maps.is_empty() {
         let record = Record::open(dir).map_err(of_record)?;
         if let Some(map) = maps.of_record(&record)? {
-            let path = dir.join(MAP);
+            let path = dir.join(MAP_FILE);
             disk::save_quickly(&path, &map).map_err(|reason| {
                 Failure::running(format!("cannot write {}: {reason}; check the disk", text::path(&path)))
             })?;

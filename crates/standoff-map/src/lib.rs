@@ -28,7 +28,7 @@ use standoff_sim::scenario::MapFile;
 use standoff_sim::source::{self, Fault, Text, Wanted};
 
 pub use error::MapError;
-pub use packed::{FILE, Packed, of_record};
+pub use packed::{Packed, of_record};
 pub use place::Place;
 pub use shape::Bounds;
 

@@ -16,6 +16,7 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
+use standoff_sim::record::MAP_FILE;
 use standoff_sim::text::words;
 
 use crate::kind::Kind;
@@ -23,9 +24,6 @@ use crate::limit::{MAX_PACKED, MAX_UNPACKED};
 
 /// Format of the JSON; it rises when that changes.
 const FORMAT: u32 = 1;
-
-/// What a packed map is called in the folder of a record.
-pub const FILE: &str = standoff_sim::record::MAP;
 
 /// A map, packed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,13 +71,13 @@ impl Contents {
 
 /// The map of the record in `dir`, if there is one: as it was packed, and nothing else. What is none says so in a sentence.
 pub fn of_record(dir: &Path) -> Result<Option<Packed>, String> {
-    let path = dir.join(FILE);
+    let path = dir.join(MAP_FILE);
     let bytes = match standoff_sim::source::bytes(&path, MAX_PACKED as u64) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(format!("{FILE} cannot be read: {error}")),
+        Err(error) => return Err(format!("{MAP_FILE} cannot be read: {error}")),
     };
-    check(&bytes).map_err(|what| format!("{FILE} is no map as it was packed: {what}"))?;
+    check(&bytes).map_err(|what| format!("{MAP_FILE} is no map as it was packed: {what}"))?;
     Ok(Some(Packed { gz: bytes, note: None }))
 }
 

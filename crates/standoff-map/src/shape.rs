@@ -83,7 +83,7 @@ impl Shapes {
     }
 }
 
-/// A rectangle: west, south, east, north.
+/// A rectangle: west, south, east, north, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds(pub [f64; 4]);
 
@@ -100,9 +100,9 @@ impl Bounds {
         Some(Self([west.min(x), south.min(y), east.max(x), north.max(y)]))
     }
 
-    pub(crate) fn grown(self, by: f64) -> Self {
+    pub(crate) fn grown(self, by_m: f64) -> Self {
         let [west, south, east, north] = self.0;
-        Self([west - by, south - by, east + by, north + by])
+        Self([west - by_m, south - by_m, east + by_m, north + by_m])
     }
 
     pub(crate) fn touches(self, other: Self) -> bool {

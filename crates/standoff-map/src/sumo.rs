@@ -75,7 +75,7 @@ struct Lane {
 }
 
 impl Elements for File {
-    fn comment(&mut self, text: &str, _: usize) {
+    fn comment(&mut self, text: &str) {
         // Netconvert and polyconvert tell in a comment what they were given.
         self.is_of_openstreetmap |= text.contains("osm-files") || text.contains("OpenStreetMap");
     }

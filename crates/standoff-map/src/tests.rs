@@ -309,7 +309,7 @@ fn a_records_map_that_is_damaged_is_none() {
     let home = tempfile::tempdir().unwrap();
     assert_eq!(crate::of_record(home.path()), Ok(None));
     let good = packed(&[NET], &METRES).unwrap();
-    let path = home.path().join(crate::FILE);
+    let path = home.path().join(standoff_sim::record::MAP_FILE);
     std::fs::write(&path, &good.gz).unwrap();
     assert_eq!(crate::of_record(home.path()).unwrap().unwrap().gz, good.gz);
     let gz = |json: &str| {

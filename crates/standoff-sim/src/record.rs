@@ -27,7 +27,7 @@ pub use crate::frame::{
 };
 pub use allowance::EventAllowance;
 pub use error::RecordError;
-pub use folder::{MAP, Occupancy, in_the_way, occupancy};
+pub use folder::{MAP_FILE, Occupancy, in_the_way, occupancy};
 pub use manifest::{Counts, FORMAT, Manifest};
 pub use reader::{Frames, Record};
 pub use standoff_parquet::{MAX_ROWS, panic_is_expected};

@@ -27,7 +27,7 @@
 //!
 //! Degrees (WGS84) become metres east and north in the plane that touches the ellipsoid at the file's first sample.
 //! A vehicle that is unseen for longer than the gap limit is absent in between; one that is faster than 10 km/s between
-//! two samples is refused, as are texts, vehicles and samples beyond [`MAX_TEXT`] and its like. Everything is checked while reading, one
+//! two samples is refused, as are texts, vehicles and samples beyond [`MAX_SAMPLES`] and its like. Everything is checked while reading, one
 //! XML element or CSV row at a time, so that nothing can go wrong later.
 
 mod build;
@@ -48,7 +48,6 @@ pub use limit::{MAX_SAMPLES, MAX_VEHICLES};
 pub use vehicle::{Vehicle, VehicleState};
 
 pub use crate::source::Position;
-pub use crate::source::limit::MAX_TEXT;
 use crate::source::{self, Fault, Text, Wanted};
 use crate::text;
 

@@ -17,7 +17,7 @@ use crate::disk::{self, PARTIAL, beside};
 pub(super) const SCENARIO: &str = "scenario.toml";
 
 /// What a map of what lies under the vehicles is called in the folder of a record, if somebody put one there.
-pub const MAP: &str = "map.json.gz";
+pub const MAP_FILE: &str = "map.json.gz";
 
 /// What lies where a record should go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -318,7 +318,7 @@ fn is_ours(entry: &fs::DirEntry) -> io::Result<bool> {
     };
     // Killed while it was written, a file keeps this.
     let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    let known = [MANIFEST, SCENARIO, CHECKPOINT, MAP, "summary.json", "report.html"].contains(&name)
+    let known = [MANIFEST, SCENARIO, CHECKPOINT, MAP_FILE, "summary.json", "report.html"].contains(&name)
         || name.ends_with(".svg")
         || name.strip_suffix(".parquet").is_some_and(is_table);
     Ok(known && entry.file_type()?.is_file())

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
 use super::error::RecordError;
-use super::folder::{self, MAP, Partial, SCENARIO, Turn};
+use super::folder::{self, MAP_FILE, Partial, SCENARIO, Turn};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
 use super::rows::{At, TIMED, TargetRow, WithError, most_at_once, seconds};
 use super::table::{Missing, Row, TableWriter};
@@ -142,7 +142,7 @@ impl Writer {
 
     /// Has the record keep a map of what lies under the vehicles, packed as pages show it.
     pub fn with_map(self, gz: &[u8]) -> Result<Self, RecordError> {
-        let path = self.partial.path.join(MAP);
+        let path = self.partial.path.join(MAP_FILE);
         disk::save_quickly(&path, gz).map_err(|reason| RecordError::write(&path, reason))?;
         Ok(self)
     }

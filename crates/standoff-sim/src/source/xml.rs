@@ -15,8 +15,8 @@ pub trait Elements {
     /// An element begins at `start`, within so many others.
     fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault>;
 
-    /// A comment, within so many elements.
-    fn comment(&mut self, _text: &str, _depth: usize) {}
+    /// A comment.
+    fn comment(&mut self, _text: &str) {}
 }
 
 /// Reads a file to its end. Fails if it is not XML, ends early or nests too deeply, or where `elements` does.
@@ -41,7 +41,7 @@ pub fn walk(lines: Lines<impl Read>, elements: &mut impl Elements) -> Result<(),
             }
             Event::Empty(element) => elements.element(&element, start, depth)?,
             Event::End(_) => depth -= 1,
-            Event::Comment(comment) => elements.comment(&comment, depth),
+            Event::Comment(comment) => elements.comment(&comment),
             Event::Eof if depth > 0 => {
                 let message = "the file ends inside an element; it is cut off: copy or make it again";
                 return Err(Fault::at(start, message.into()));

@@ -67,7 +67,7 @@ struct Fcd {
 }
 
 impl Elements for Fcd {
-    fn comment(&mut self, comment: &str, _: usize) {
+    fn comment(&mut self, comment: &str) {
         if self.in_root {
             return;
         }
