@@ -82,8 +82,8 @@ test("a page opened late never shows targets of another time than the UAVs, and 
   const LATE_MS = 700;
   // However the test ends, the run does not go on.
   after(run.end);
-  const opened = async (delayed) => {
-    await new Promise((resolve) => setTimeout(resolve, 2000 * Math.random()));
+  const opened = async (delayed, after) => {
+    await new Promise((resolve) => setTimeout(resolve, 700 * after));
     const prepare = async (page) => {
       await page.addInitScript(notePictures);
       if (!delayed) return;
@@ -100,7 +100,7 @@ test("a page opened late never shows targets of another time than the UAVs, and 
     const { page, complaints, close } = await watching(run.address, prepare);
     // A page that keeps up says nothing of it; one whose targets always come late always does.
     await page.waitForFunction((delayed) => {
-      const last = window.noted.slice(delayed ? -5 : -20);
+      const last = window.noted.slice(-5);
       const isBehind = (picture) => /catching up: \d+ s behind/.test(picture.words);
       const isWhole = (picture) => picture.targets_s > 0 && !/catching up|loading/.test(picture.words);
       const times = new Set(window.noted.map((picture) => picture.targets_s));
