@@ -1,31 +1,18 @@
 // For everybody: roles and names, what is told without pixels, contrast, the keyboard alone, small screens.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 
-import { goTo, open, painted } from "./browser.mjs";
+import { PHONE, TABLET, chosen, goTo, noteTexts, open, painted, texts } from "./browser.mjs";
+import { axe, inPlace } from "./fit.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
 
-const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const THEMES = ["light", "dark"];
-const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
-const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
 const DESKTOP = { viewport: { width: 1280, height: 720 } };
 const FOUR_K = { viewport: { width: 3840, height: 2160 } };
 
 async function lastTime(page) {
   return page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max));
-}
-
-/** Holds what is on show against axe-core's rules. */
-async function axe(page, what) {
-  await page.evaluate(AXE);
-  const { violations, passes } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-  const told = violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.target}: ${node.any.map((any) => any.message)}`));
-  assert.deepEqual(told, [], what);
-  assert.ok(passes.some((rule) => rule.id === "color-contrast"), "contrast was looked at");
 }
 
 for (const theme of THEMES) {
@@ -43,7 +30,7 @@ for (const theme of THEMES) {
     await page.keyboard.press("Enter");
     await page.getByLabel("Find").fill("target-1");
     await page.keyboard.press("Enter");
-    await page.getByRole("region", { name: "What is chosen" }).waitFor();
+    await chosen(page).waitFor();
     const map = await page.locator("#map").boundingBox();
     await page.mouse.move(map.x + map.width / 2, map.y + map.height / 2);
     await page.getByRole("tooltip").waitFor();
@@ -67,25 +54,19 @@ function contrast(a, b) {
 
 for (const theme of THEMES) {
   inReport(`text on the map and in the charts has a contrast of 4.5, curves of 3: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
-    await page.evaluate(() => {
-      window.written = [];
-      const { fillText } = CanvasRenderingContext2D.prototype;
-      CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-        window.written.push([text, this.fillStyle]);
-        return fillText.call(this, text, ...rest);
-      };
-    });
+    await noteTexts(page);
     await goTo(page, 27);
-    const { written, ground, inks, curves } = await page.evaluate(() => {
+    const { ground, inks, curves } = await page.evaluate(() => {
       const plots = [...document.querySelectorAll(".panel:not([hidden]) .plot")];
       const { layout } = plots[0];
       const curves = plots.flatMap(({ data }) => data.map((curve) => curve.line.color));
-      return { written: window.written, ground: layout.plot_bgcolor, inks: [layout.font.color], curves };
+      return { ground: layout.plot_bgcolor, inks: [layout.font.color], curves };
     });
+    const written = await texts(page);
     for (const words of ["N", "UAV 0", "group 1", "target-1", "out of view"]) {
-      assert.ok(written.some(([text]) => text === words), `${words} is on the map`);
+      assert.ok(written.some(({ text }) => text === words), `${words} is on the map`);
     }
-    for (const [text, ink] of written) assert.ok(contrast(ink, ground) >= 4.5, `${text}, ${ink}: ${contrast(ink, ground)}`);
+    for (const { text, ink } of written) assert.ok(contrast(ink, ground) >= 4.5, `${text}, ${ink}: ${contrast(ink, ground)}`);
     for (const ink of inks) assert.ok(contrast(ink, ground) >= 4.5, `${ink}: ${contrast(ink, ground)}`);
     for (const curve of curves) assert.ok(contrast(curve, ground) >= 3, `${curve}: ${contrast(curve, ground)}`);
   });
@@ -199,26 +180,7 @@ for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a 
     await page.getByRole("button", { name: "Ruler" }).click();
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();
-      const { scrolls, boxes, outside } = await page.evaluate(() => {
-        const root = document.scrollingElement;
-        const visible = [...document.querySelectorAll("header > *, .tools > *, #where, [role=tab], .bar > *, footer > *")]
-          .map((one) => [one.id || one.textContent.trim().slice(0, 20), one.getBoundingClientRect()])
-          .filter(([, box]) => box.width > 0 && box.height > 0);
-        return {
-          scrolls: root.scrollHeight > root.clientHeight || [root, ...document.querySelectorAll(".scrolled")].some((one) => one.scrollWidth > one.clientWidth),
-          boxes: visible.map(([name, { left, top, right, bottom }]) => ({ name, left, top, right, bottom })),
-          outside: visible.filter(([, box]) => box.left < 0 || box.top < 0 || box.right > innerWidth || box.bottom > innerHeight).map(([name]) => name),
-        };
-      });
-      assert.ok(!scrolls, "the page does not scroll, and no panel sideways");
-      assert.deepEqual(outside, []);
-      assert.ok(boxes.length > 15, `${boxes.length} things are looked at`);
-      for (const [k, a] of boxes.entries()) {
-        for (const b of boxes.slice(k + 1)) {
-          const apart = a.right <= b.left + 0.5 || b.right <= a.left + 0.5 || a.bottom <= b.top + 0.5 || b.bottom <= a.top + 0.5;
-          assert.ok(apart, `${a.name} and ${b.name} overlap: ${JSON.stringify([a, b])}`);
-        }
-      }
+      await inPlace(page, name);
     }
   });
 }

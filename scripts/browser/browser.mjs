@@ -14,6 +14,9 @@ assert.ok(FLIGHTS && CHROMIUM, "STANDOFF_FLIGHTS and CHROMIUM are set by scripts
 /** Longest that anything may take on a busy machine, ms. */
 export const PATIENCE_MS = 60_000;
 
+export const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
+export const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+
 /** The folder of a run. */
 export function folder(flight) {
   const path = join(FLIGHTS, flight);
@@ -102,4 +105,32 @@ export async function camera(page) {
 export async function picture(page) {
   await painted(page);
   return page.locator("#map").evaluate((canvas) => canvas.toDataURL());
+}
+
+/** The card of what is chosen. */
+export const chosen = (page) => page.getByRole("region", { name: "What is chosen" });
+
+/** From now on, notes what is written on the map, of each picture anew, and on other canvases all of it. */
+export async function noteTexts(page) {
+  await page.evaluate(() => {
+    const pen = CanvasRenderingContext2D.prototype;
+    const { fillText, fillRect } = pen;
+    window.texts = { map: [], elsewhere: [] };
+    // A picture of the map begins with its ground.
+    pen.fillRect = function (...box) {
+      if (this.canvas.id === "map") window.texts.map = [];
+      return fillRect.apply(this, box);
+    };
+    pen.fillText = function (text, x, y, ...rest) {
+      const { width } = this.measureText(text);
+      window.texts[this.canvas.id === "map" ? "map" : "elsewhere"].push({ text, x, y, width, ink: this.fillStyle });
+      return fillText.call(this, text, x, y, ...rest);
+    };
+  });
+}
+
+/** What is written on the newest picture of the map (`elsewhere`: on other canvases), from where, how wide, in which ink. */
+export async function texts(page, where = "map") {
+  await painted(page);
+  return page.evaluate((where) => window.texts[where], where);
 }

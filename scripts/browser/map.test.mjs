@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { camera, goTo, painted, picture } from "./browser.mjs";
+import { TABLET, camera, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
 
@@ -89,33 +89,15 @@ inReport("each layer can be taken away and put back", {}, async (page) => {
   }
 });
 
-/** From now on, notes the labels of the newest picture: text, and the box that it covers. */
-async function noteLabels(page) {
-  await page.evaluate(() => {
-    const pen = CanvasRenderingContext2D.prototype;
-    const { fillText, fillRect } = pen;
-    // A picture begins with its ground.
-    pen.fillRect = function (...box) {
-      if (this.canvas.id === "map") window.labels = [];
-      fillRect.apply(this, box);
-    };
-    pen.fillText = function (text, x, y) {
-      const { width } = this.measureText(text);
-      if (this.canvas.id === "map") window.labels.push({ text, left: x, right: x + width, top: y - 5, bottom: y + 5 });
-      fillText.call(this, text, x, y);
-    };
-  });
-}
-
-/** The labels of the newest picture, without those of the scale. */
+/** The labels of the newest picture, without those of the scale: text, and the box that it covers. */
 async function labels(page) {
-  await painted(page);
-  return page.evaluate(() => window.labels.filter((label) => !/^(N|[\d.]+ k?m)$/.test(label.text)));
+  const all = (await texts(page)).filter(({ text }) => !/^(N|[\d.]+ k?m)$/.test(text));
+  return all.map(({ text, x, y, width }) => ({ text, left: x, right: x + width, top: y - 5, bottom: y + 5 }));
 }
 
 inReport("labels never lie on one another: where all is near, the less important are left out", {}, async (page) => {
   const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-  await noteLabels(page);
+  await noteTexts(page);
   await goTo(page, 40);
   const near = await labels(page);
   for (let press = 0; press < 12; press++) await page.keyboard.press("-");
@@ -204,8 +186,6 @@ inReport("where the scenario has an origin, the map tells latitude and longitude
   near((lat - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "north of the origin");
   near((lon - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "east of it");
 });
-
-const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
 
 inReport("on a tablet one finger drags the map, and two zoom it", TABLET, async (page) => {
   const session = await page.context().newCDPSession(page);

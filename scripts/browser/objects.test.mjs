@@ -1,9 +1,8 @@
 // What a reader points at, chooses and follows on the map.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 
-import { camera, goTo, painted } from "./browser.mjs";
+import { PHONE, camera, chosen, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -17,7 +16,6 @@ async function at(page, x_m, y_m) {
 }
 
 const hovered = (page) => page.getByRole("tooltip");
-const chosen = (page) => page.getByRole("region", { name: "What is chosen" });
 
 /** The values of a card, by field. */
 async function facts(card) {
@@ -81,13 +79,11 @@ inReport("a click chooses: a ring, a card that keeps up with time, its row; esca
   await comeNear(page, 0, 7);
   await page.getByRole("tab", { name: "State" }).click();
   const [id, target] = [...record.rows("targets", 40)].filter(([, one]) => one.group === 0).at(-1);
-  const pixels = () => page.locator("#map").evaluate((canvas) => canvas.toDataURL());
-  const before = await pixels();
+  const before = await picture(page);
   await page.mouse.click(...(await at(page, target.x_m, target.y_m)));
   await page.mouse.move(5, 5);
   await chosen(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
-  await painted(page);
-  assert.ok((await pixels()) !== before, "there is a mark about it");
+  assert.ok((await picture(page)) !== before, "there is a mark about it");
   const row = page.locator("#targets tbody tr").first();
   assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
   assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
@@ -156,19 +152,10 @@ inReport("rows choose with mouse and keyboard, and what is chosen can be followe
 });
 
 inReport("a UAV that has dropped out is marked, where and since when, until it is back", { flight: "outage" }, async (page) => {
-  await page.evaluate(() => {
-    const { fillText } = CanvasRenderingContext2D.prototype;
-    window.written = [];
-    CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-      window.written.push(text);
-      return fillText.call(this, text, ...rest);
-    };
-  });
+  await noteTexts(page);
   const written = async (time_s) => {
-    await page.evaluate(() => (window.written = []));
     await goTo(page, time_s);
-    await painted(page);
-    return page.evaluate(() => window.written.filter((text) => text.includes("dropped out at")));
+    return (await texts(page)).map(({ text }) => text);
   };
   await page.getByRole("tab", { name: "State" }).click();
   const row = page.locator('#uavs tr[data-id="1"]');
@@ -183,12 +170,12 @@ inReport("a UAV that has dropped out is marked, where and since when, until it i
 });
 
 inReport("what is followed and ends says so, and is followed again where it is", { flight: "outage" }, async (page) => {
-  const ended = JSON.parse(readFileSync(new URL("values.json", `file://${process.env.STANDOFF_FLIGHTS}/outage/`), "utf8"));
-  const [id, end] = Object.entries(ended.groups)
+  const ended = recordOf("outage");
+  const [id, end] = Object.entries(ended.tables.groups)
     .map(([id, { members }]) => [Number(id), members.findLastIndex((count) => count !== null)])
     .find(([, last]) => last >= 0 && last < ended.times_s.length - 1);
   const end_s = ended.times_s[end + 1];
-  const { x_m } = ended.groups[id];
+  const { x_m } = ended.tables.groups[id];
   const note = page.locator(".note");
   await goTo(page, ended.times_s[end]);
   await page.getByLabel("Follow").selectOption(`group ${id}`);
@@ -203,8 +190,6 @@ inReport("what is followed and ends says so, and is followed again where it is",
   assert.equal(await note.textContent(), "");
   assert.ok(Math.abs((await camera(page)).x_m - x_m[end - 10]) < 0.01, "it is followed again");
 });
-
-const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
 
 inReport("on a phone a tap chooses, the card lies below across the map, and the ruler measures", PHONE, async (page) => {
   const record = recordOf("figure-9");
@@ -233,13 +218,7 @@ inReport("on a phone a tap chooses, the card lies below across the map, and the 
 });
 
 inReport("what the ruler says is always inside the map", {}, async (page) => {
-  await page.evaluate(() => {
-    const { fillText } = CanvasRenderingContext2D.prototype;
-    CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
-      if (text.includes("bearing")) window.ruled = { x, y, width: this.measureText(text).width };
-      return fillText.call(this, text, x, y);
-    };
-  });
+  await noteTexts(page);
   await page.getByRole("button", { name: "Ruler" }).click();
   const map = await page.locator("#map").boundingBox();
   for (const [dx, dy] of [[map.width - 3, 3], [map.width - 3, map.height - 3], [3, map.height - 3]]) {
@@ -247,8 +226,7 @@ inReport("what the ruler says is always inside the map", {}, async (page) => {
     await page.mouse.down();
     await page.mouse.move(map.x + dx, map.y + dy);
     await page.mouse.up();
-    await painted(page);
-    const { x, y, width } = await page.evaluate(() => window.ruled);
+    const { x, y, width } = (await texts(page)).find(({ text }) => text.includes("bearing"));
     assert.ok(x > 0 && x + width < map.width && y > 5 && y < map.height - 5, JSON.stringify({ x, y, width }));
   }
 });

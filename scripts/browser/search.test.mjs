@@ -3,12 +3,10 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { camera, goTo, painted } from "./browser.mjs";
+import { camera, chosen, goTo, noteTexts, painted, texts } from "./browser.mjs";
 import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
-
-const chosen = (page) => page.getByRole("region", { name: "What is chosen" });
 
 inReport("a target, UAV or group is found by its name: chosen, and in the middle of the map", {}, async (page) => {
   const record = recordOf("figure-9");
@@ -54,17 +52,7 @@ inReport("names of strangers can be found, are text, and few at a time are propo
 
 inReport("one group can be shown alone: others are faint on the map and not in the table of targets", { flight: "slips" }, async (page) => {
   const record = recordOf("slips");
-  await page.evaluate(() => {
-    const { fillText, fillRect } = CanvasRenderingContext2D.prototype;
-    CanvasRenderingContext2D.prototype.fillRect = function (...box) {
-      window.written = [];
-      return fillRect.apply(this, box);
-    };
-    CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-      window.written.push(text);
-      return fillText.call(this, text, ...rest);
-    };
-  });
+  await noteTexts(page);
   await page.getByRole("tab", { name: "State" }).click();
   await goTo(page, 27);
   const rows = record.rows("targets", 27);
@@ -75,7 +63,7 @@ inReport("one group can be shown alone: others are faint on the map and not in t
     await only.selectOption(option);
     await painted(page);
     assert.deepEqual(await listed(), [...rows].filter(([, target]) => target.group === group).map(([id]) => id), option);
-    const written = await page.evaluate(() => window.written.filter((text) => text.startsWith("group ")));
+    const written = (await texts(page)).map(({ text }) => text).filter((text) => text.startsWith("group "));
     assert.deepEqual(written, group === null ? [] : [option]);
   }
   await only.selectOption("all");
@@ -123,20 +111,13 @@ inReport("the map can be taken away as PNG, with scale, time and the run's name"
   await goTo(page, 40);
   await page.locator("summary").click();
   await page.getByLabel("Grid and scale").uncheck();
-  await page.evaluate(() => {
-    const { fillText } = CanvasRenderingContext2D.prototype;
-    window.written = [];
-    CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-      if (this.canvas.id !== "map") window.written.push(text);
-      return fillText.call(this, text, ...rest);
-    };
-  });
+  await noteTexts(page);
   const { name, contents } = await download(page, "Save the map as PNG");
   assert.equal(name, "paper-figure-9-seed-1-map-40.0-s.png");
   assert.equal(contents.toString("latin1", 1, 4), "PNG");
   const canvas = await page.locator("#map").evaluate(({ width, height }) => [width, height]);
   assert.equal(contents.readUInt32BE(16), canvas[0]);
   assert.ok(contents.readUInt32BE(20) > canvas[1], "what is written below hides nothing");
-  const written = await page.evaluate(() => window.written);
+  const written = (await texts(page, "elsewhere")).map(({ text }) => text);
   for (const words of [/^paper\/figure-9, seed 1$/, /^40\.0 s$/, /^\d+ m$/, /^N$/]) assert.ok(written.some((text) => words.test(text)), `${words}: ${written}`);
 });
