@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { after, test } from "node:test";
 
-import { leave, painted, PATIENCE_MS } from "./browser.mjs";
+import { PATIENCE_MS, PHONE, TABLET, goTo, leave, painted } from "./browser.mjs";
+import { axe, inPlace } from "./fit.mjs";
 import { STANDOFF, results, serving, watching } from "./serving.mjs";
 
 after(leave);
@@ -23,10 +24,7 @@ test("two runs are shown at one time, one of them beside the maps, and what they
 
   // One clock: both maps, and what stands beside them.
   for (const time_s of [12, 33.5]) {
-    await page.locator("#time").evaluate((slider, time_s) => {
-      slider.value = time_s;
-      slider.dispatchEvent(new Event("input", { bubbles: true }));
-    }, time_s);
+    await goTo(page, time_s);
     const at = `Map at ${time_s.toFixed(1)} seconds`;
     for (const [id, what] of [["#map", "2 UAVs, 1 group"], ["#map-2", "4 UAVs, 2 groups"]]) {
       await page.waitForFunction(([id, words]) => document.querySelector(id).getAttribute("aria-label").startsWith(words), [id, `${at}: ${what}`]);
@@ -99,5 +97,27 @@ test("the shorter of two runs says when it ended, while the other goes on", limi
   assert.doesNotMatch(await page.locator(".name").nth(1).textContent(), /ended/);
   assert.deepEqual(complaints, []);
   await close();
+  assert.equal(await view.end(), 0);
+});
+
+test("two runs are fit for everybody: axe-core finds nothing in both themes, and a phone and a tablet hold them", limits, async () => {
+  const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
+  for (const [screen, options] of [["light", { colorScheme: "light" }], ["dark", { colorScheme: "dark" }], ["a tablet", TABLET], ["a phone", PHONE]]) {
+    const { page, complaints, close } = await watching(view.address, undefined, options);
+    await page.waitForSelector('[data-ready="charts"]');
+    await goTo(page, 30);
+    for (const name of ["Charts", "State", "Events", "Outcome"]) {
+      await page.getByRole("tab", { name }).click();
+      // What five columns come to is wider than its place, and scrolls there.
+      if (name !== "Outcome") await inPlace(page, `${name}, ${screen}`);
+      if (options.colorScheme) await axe(page, `${name}, ${screen}`);
+    }
+    for (const map of await page.locator(".view canvas").all()) {
+      const { width, height } = await map.boundingBox();
+      assert.ok(width >= 150 && height >= 120, `a map of ${width} x ${height} on ${screen}`);
+    }
+    assert.deepEqual(complaints, []);
+    await close();
+  }
   assert.equal(await view.end(), 0);
 });

@@ -45,8 +45,8 @@ export async function serving(...args) {
 }
 
 /** A page that collects what it complains about; `prepare` has it before anything is fetched. */
-export async function watching(address, prepare) {
-  const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 } });
+export async function watching(address, prepare, options = {}) {
+  const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   const complaints = [];
