@@ -356,7 +356,7 @@ inReport("the charts can be saved as a PNG, with their names", {}, async (page) 
     image.src = `data:image/png;base64,${base64}`;
     await image.decode();
     const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [image.width, 120];
+    [canvas.width, canvas.height] = [image.width, 160];
     const pen = canvas.getContext("2d");
     pen.drawImage(image, 0, 0);
     const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);

@@ -73,10 +73,10 @@ inReport("each layer can be taken away and put back", {}, async (page) => {
       await layer.click();
       assert.ok((await picture(page)) === whole, "small ellipses are not drawn");
       await layer.click();
-      for (let press = 0; press < 6; press++) await page.getByRole("button", { name: "Zoom in" }).click();
+      for (let press = 0; press < 6; press++) await page.keyboard.press("+");
       whole = await picture(page);
     } else if (name === "vectors") {
-      await page.getByRole("button", { name: "Show all" }).click();
+      await page.keyboard.press("0");
       whole = await picture(page);
     }
     assert.ok(await layer.isChecked());
@@ -87,6 +87,10 @@ inReport("each layer can be taken away and put back", {}, async (page) => {
     await layer.click();
     assert.ok((await picture(page)) === whole, `with ${name} it is the same again`);
   }
+  // The list lies over other things: a click elsewhere closes it.
+  assert.ok(await layers.first().isVisible());
+  await page.getByRole("tab", { name: "State" }).click();
+  assert.ok(!(await layers.first().isVisible()));
 });
 
 /** The labels of the newest picture, without those of the scale: text, and the box that it covers. */

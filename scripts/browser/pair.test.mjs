@@ -108,16 +108,43 @@ test("two runs are fit for everybody: axe-core finds nothing in both themes, and
     await goTo(page, 30);
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();
-      // What five columns come to is wider than its place, and scrolls there.
-      if (name !== "Outcome") await inPlace(page, `${name}, ${screen}`);
+      await inPlace(page, `${name}, ${screen}`);
       if (options.colorScheme) await axe(page, `${name}, ${screen}`);
     }
     for (const map of await page.locator(".view canvas").all()) {
       const { width, height } = await map.boundingBox();
-      assert.ok(width >= 150 && height >= 120, `a map of ${width} x ${height} on ${screen}`);
+      assert.ok(width >= 150 && height >= 150, `a map of ${width} x ${height} on ${screen}`);
     }
     assert.deepEqual(complaints, []);
     await close();
   }
+  assert.equal(await view.end(), 0);
+});
+
+test("a link says which of two runs it is of, and its time holds however late the other one comes", limits, async () => {
+  const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
+  const late = async (page) => page.route("**/replay-2/overview/*", async (route) => {
+    const response = await route.fetch();
+    await new Promise((resolve) => setTimeout(resolve, 800));
+    await route.fulfill({ response });
+  });
+  const { page, complaints, close } = await watching(`${view.address}/#t=20&run=b&uav=3`, late);
+  await page.waitForFunction(() => document.getElementById("clock").dateTime === "PT20.000S");
+  assert.equal(await page.getByRole("button", { name: /^B:/ }).getAttribute("aria-pressed"), "true");
+  await page.getByRole("region", { name: "What is chosen" }).getByText("UAV 3").waitFor();
+  // The wheel over the other map puts that run beside the maps, and zooms at its first turn.
+  const scale = () => page.locator("#map").evaluate((map) => Number(map.dataset.pxPerM));
+  const before = await scale();
+  const { x, y } = await page.locator("#map").boundingBox();
+  await page.mouse.move(x + 120, y + 200);
+  await page.mouse.wheel(0, -300);
+  await page.waitForFunction((before) => Number(document.getElementById("map").dataset.pxPerM) > 1.2 * before, before);
+  await painted(page);
+  assert.ok((await scale()) > 1.2 * before, "the zoom stays");
+  assert.equal(await page.getByRole("button", { name: /^A:/ }).getAttribute("aria-pressed"), "true");
+  await page.keyboard.press("c");
+  await page.waitForFunction(() => location.hash === "#t=20&run=a");
+  assert.deepEqual(complaints, []);
+  await close();
   assert.equal(await view.end(), 0);
 });

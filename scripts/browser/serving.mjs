@@ -55,7 +55,7 @@ export async function watching(address, prepare, options = {}) {
     if (["error", "warning"].includes(message.type())) complaints.push(message.text());
   });
   page.on("request", (request) => {
-    if (!/^(blob|data):/.test(request.url()) && !request.url().startsWith(address)) complaints.push(request.url());
+    if (!/^(blob|data):/.test(request.url()) && !request.url().startsWith(new URL(address).origin)) complaints.push(request.url());
   });
   await prepare?.(page);
   await page.goto(address);

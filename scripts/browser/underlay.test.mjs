@@ -59,7 +59,7 @@ function vehicles(time_s) {
   return [...step.matchAll(/ x="([^"]+)" y="([^"]+)"/g)].map(([, x, y]) => [Number(x), Number(y)]);
 }
 
-const LIGHT = { ground: "255,255,255", minor: "224,229,235" };
+const LIGHT = { ground: "255,255,255", minor: "211,218,226" };
 
 inReport("a city's roads are drawn where they are, under the vehicles, and their layer takes them away", { flight: "city" }, async (page) => {
   await goTo(page, 40);

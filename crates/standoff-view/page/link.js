@@ -17,8 +17,8 @@ class Link {
   open() {
     const { page } = this;
     const asked = new URLSearchParams(location.hash.slice(1));
-    const told = [...asked.keys()].filter((key, k, all) => !KEYS.includes(key) || all.indexOf(key) < k)
-      .map((key) => `says ${short(key)}, which is not known here, or twice`);
+    const told = [...asked].filter(([key, value], k, all) => value && (!KEYS.includes(key) || all.findIndex(([other]) => other === key) < k))
+      .map(([key]) => `says ${short(key)}, which is not known here, or twice`);
     const run = page.runs.find(({ letter }) => page.pair && letter.toLowerCase() === asked.get("run"));
     if (run) page.show(run);
     if (asked.has("t")) this.seek(asked.get("t"), told);

@@ -35,11 +35,16 @@ class MissionMap {
     this.canvas.height = height;
     this.camera.width = clientWidth;
     this.camera.height = clientHeight;
+    this.cover();
+    return true;
+  }
+
+  /** Takes on how much of it the toolbar covers. */
+  cover() {
     const tools = document.querySelector(".tools");
     const isOver = getComputedStyle(tools).position === "absolute";
-    this.camera.top = isOver ? Math.min(tools.offsetTop + tools.offsetHeight, clientHeight / 2) : 0;
+    this.camera.top = isOver ? Math.min(tools.offsetTop + tools.offsetHeight, this.camera.height / 2) : 0;
     this.view.restart();
-    return true;
   }
 
   draw(scene) {

@@ -65,6 +65,10 @@ async function showReplay(sources) {
     page.timeline.renew();
     page.charts.renew();
   });
+  new ResizeObserver(() => {
+    for (const { map } of page.runs) map.cover();
+    page.renew();
+  }).observe(document.querySelector(".tools"));
   page.pair = page.runs.length > 1 ? new Pair(page) : null;
   pictures(page);
   const drawCharts = drawsCharts(page);
