@@ -469,7 +469,8 @@ struct Under<'n>(&'n [&'n str]);
 
 impl Under<'_> {
     fn word<E>(&self, word: &str) -> Result<String, E> {
-        let kept = if self.0.is_empty() { &word[..word.floor_char_boundary(MAX_WORD)] } else { "" };
+        let end = (0..=MAX_WORD.min(word.len())).rev().find(|&end| word.is_char_boundary(end)).unwrap_or(0);
+        let kept = if self.0.is_empty() { &word[..end] } else { "" };
         Ok(kept.to_owned())
     }
 }
