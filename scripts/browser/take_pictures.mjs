@@ -21,11 +21,10 @@ async function picture(file, name, theme, arrange) {
   await page.close();
 }
 
-/** Forty seconds into the run, when a target has changed groups. */
+/** Some time into the run, when the two groups are far apart. */
 async function later(page) {
   await page.waitForSelector("body[data-ready=charts]");
-  for (let press = 0; press < 4; press++) await page.keyboard.press("Shift+ArrowRight");
-  await page.keyboard.press("0");
+  for (let press = 0; press < 15; press++) await page.keyboard.press("Shift+ArrowRight");
 }
 
 /** The metric that differs most. */
