@@ -188,7 +188,7 @@ fn two_ranges(figure: &mut Study, sensor: &SensorParams) -> Result<(), Failure> 
         });
         line(format!("first UAV at {first_m:.0} m"), colour, points)
     });
-    let levels = vec![(1.0, "equal: above, 0° is best".to_owned())];
+    let levels = vec![(1.0, "both tell as much".to_owned())];
     let plot = Plot { levels, ..plot("Range of the second UAV (m)", "η at 0° over η at 90°", lines) };
     let heading = "Where two UAVs in line tell more of a target than at a right angle (36)";
     figure.draw("figure-7-ranges", heading, "Table I's sensor", &[plot])
