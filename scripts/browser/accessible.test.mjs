@@ -78,8 +78,15 @@ inReport("the theme is the system's until another is chosen, and that one stays"
     await painted(page);
     return page.evaluate(() => {
       const map = document.getElementById("map");
-      const corner = [...map.getContext("2d").getImageData(map.width - 3, 3, 1, 1).data];
-      return { page: getComputedStyle(document.body).backgroundColor, map: `rgb(${corner.slice(0, 3).join(", ")})` };
+      // The colour that most of the upper edge has: lines of the grid may cross it anywhere.
+      const { data } = map.getContext("2d").getImageData(0, 3, map.width, 1);
+      const counts = new Map();
+      for (let k = 0; k < data.length; k += 4) {
+        const colour = `rgb(${data.slice(k, k + 3).join(", ")})`;
+        counts.set(colour, (counts.get(colour) ?? 0) + 1);
+      }
+      const [[most]] = [...counts].sort(([, a], [, b]) => b - a);
+      return { page: getComputedStyle(document.body).backgroundColor, map: most };
     });
   };
   const dark = await ground();
