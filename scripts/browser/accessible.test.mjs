@@ -78,10 +78,10 @@ inReport("the theme is the system's until another is chosen, and that one stays"
     await painted(page);
     return page.evaluate(() => {
       const map = document.getElementById("map");
-      // The colour that most of the upper edge has: lines of the grid may cross it anywhere.
-      const { data } = map.getContext("2d").getImageData(0, 3, map.width, 1);
+      // The colour that most of it has: lines of the grid may be anywhere.
+      const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
       const counts = new Map();
-      for (let k = 0; k < data.length; k += 4) {
+      for (let k = 0; k < data.length; k += 4 * 97) {
         const colour = `rgb(${data.slice(k, k + 3).join(", ")})`;
         counts.set(colour, (counts.get(colour) ?? 0) + 1);
       }
