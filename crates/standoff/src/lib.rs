@@ -55,6 +55,6 @@ pub use picture::Picture;
 pub use sensor::{RangeBearing, SensorParams};
 pub use step::{Diagnostics, LookAt, Observation, Step};
 pub use target::{TargetParams, TargetState, Transition};
-pub use team::{CentreEstimate, GroupParams, Margin, Objective, OnMembershipChange, TeamParams};
+pub use team::{CentreEstimate, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, TeamParams};
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

@@ -12,7 +12,7 @@ use crate::target::TargetParams;
 use crate::time::Duration;
 use crate::uav::{Integrator, UavParams};
 
-pub use group_params::{CentreEstimate, GroupParams, Margin, Objective, OnMembershipChange};
+pub use group_params::{CentreEstimate, GroupCount, GroupParams, Margin, Objective, OnMembershipChange};
 
 /// Parameters of a team; every agent of it is built from the same.
 ///
@@ -76,6 +76,7 @@ impl TeamParams {
                     radius_min_m: 250.0,
                     radius_max_m: 700.0,
                 },
+                count: GroupCount::Half,
                 margin: Margin::StandardDeviations(1.645),
                 centre: CentreEstimate::Filtered,
                 smoothing_s: 0.0,

@@ -318,6 +318,8 @@ tables! {
         /// Two UAVs of a group closer than this are reported, m.
         separation_alarm_m = 50.0;
     } words {
+        /// How many groups: `half` as many as UAVs, or as many as are `needed`.
+        count: GroupCount = Half;
         /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
         objective: Objective = LogDet;
     }
@@ -501,6 +503,15 @@ words! {
         Shift,
         /// Its filter takes the jump for an innovation.
         Filter,
+    }
+}
+words! {
+    /// How many groups a team forms.
+    GroupCount for standoff::GroupCount {
+        /// Half as many as UAVs (Algorithm 1).
+        Half,
+        /// As many as the targets need: one UAV is enough for a group.
+        Needed,
     }
 }
 words! {

@@ -74,6 +74,7 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
                 radius_min_m: number!("group.standoff.radius_min_m", orbit.radius_min_m),
                 radius_max_m: number!("group.standoff.radius_max_m", orbit.radius_max_m),
             },
+            count: file.groups.count.into(),
             margin: match file.orbit.margin {
                 file::Margin::Mahalanobis => Margin::Mahalanobis,
                 file::Margin::StandardDeviations => {

@@ -22,7 +22,7 @@ use crate::coordination::teammate::Teammate;
 use crate::estimation::group_centre::Centroid;
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
-use crate::team::TeamParams;
+use crate::team::{GroupCount, TeamParams};
 use crate::time::{Duration, Time};
 
 /// What outlives an instant beside the memberships.
@@ -79,7 +79,10 @@ impl Settling<'_> {
             return self.tell_of_emptied_groups();
         }
         let live = self.known().iter().filter(|known| !known.track.is_lost()).count();
-        let wanted = group_count(self.team.len(), live);
+        let wanted = match self.params.group.count {
+            GroupCount::Half => group_count(self.team.len(), live),
+            GroupCount::Needed => self.team.len().min(live),
+        };
         if self.groups() == 0 {
             self.found_first(wanted);
         } else {

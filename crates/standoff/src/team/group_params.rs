@@ -44,11 +44,23 @@ pub enum OnMembershipChange {
     Filter,
 }
 
+/// How many groups a team forms.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum GroupCount {
+    /// Half as many as UAVs (Algorithm 1), whatever the targets are like.
+    #[default]
+    Half,
+    /// As many as the targets need: one UAV is enough for a group, and there are no more groups than it takes.
+    Needed,
+}
+
 /// Parameters of groups.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupParams {
     /// Bounds of the orbit.
     pub standoff: StandoffParams,
+    /// How many groups there are.
+    pub count: GroupCount,
     /// Margin d_m.
     #[doc(alias = "d_m")]
     pub margin: Margin,

@@ -8,6 +8,7 @@ use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::{Known, Membership};
 use crate::coordination::settling::Settling;
 use crate::frame::Position;
+use crate::team::GroupCount;
 use crate::time::Duration;
 
 impl Settling<'_> {
@@ -15,6 +16,11 @@ impl Settling<'_> {
     ///
     /// Implements Algorithm 1's place in the mission.
     pub(super) fn found_first(&mut self, wanted: usize) {
+        if self.params.group.count == GroupCount::Needed {
+            while self.groups() < wanted && self.found_another() {}
+            self.agenda.next_review = self.now + Duration::from_s(self.params.group.review_period_s);
+            return;
+        }
         let live: Vec<usize> = self.places(|known| !known.track.is_lost());
         let clusters = self.clustered(&live, wanted);
         // Groups are numbered by their first target.
@@ -163,7 +169,7 @@ impl Settling<'_> {
         let first = || self.known().iter().position(Known::is_unassigned).into_iter().collect();
         let founders: Vec<usize> = if together.is_empty() { first() } else { together };
         if founders.is_empty() {
-            return self.split();
+            return self.params.group.count == GroupCount::Half && self.split();
         }
         self.found(&founders);
         true
