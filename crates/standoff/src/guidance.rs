@@ -2,6 +2,7 @@
 
 pub mod heading;
 pub mod moving_centre;
+pub mod orbit_motion;
 pub mod pair_information;
 pub mod spacing;
 pub mod standoff_distance;

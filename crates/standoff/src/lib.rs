@@ -47,6 +47,7 @@ pub use estimation::track::{LossReason, Track, TrackId, TrackParams, TrackStatus
 pub use fleet::Fleet;
 pub use frame::{Displacement, Position, Velocity};
 pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedReference, Steering};
+pub use guidance::orbit_motion::MotionParams;
 pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
 pub use guidance::vector_field::{Sense, VectorField};
 pub use message::{Cue, Detection, Message, Report, Scan, TargetLabel};

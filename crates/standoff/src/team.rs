@@ -4,6 +4,7 @@ mod group_params;
 
 use crate::estimation::track::TrackParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams, Lead, SpeedReference};
+use crate::guidance::orbit_motion::MotionParams;
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::guidance::vector_field::Sense;
 use crate::param::{Allowed, ParamError, errors_of};
@@ -80,6 +81,7 @@ impl TeamParams {
                 margin: Margin::StandardDeviations(1.645),
                 centre: CentreEstimate::Filtered,
                 smoothing_s: 0.0,
+                motion: MotionParams { response_s: 0.0, acceleration_max_m_s2: 1.0, approach_max_m_s: 10.0 },
                 on_membership_change: OnMembershipChange::Shift,
                 take_back_fraction: 0.9,
                 convergence_limit_m2_s: 6000.0,

@@ -282,6 +282,12 @@ tables! {
         margin_sds = 1.645;
         /// Time constant with which the radius steered for follows r_d, s; 0: at once, as in the paper.
         smoothing_s = 0.0;
+        /// Time constant with which the orbit's centre and radius follow what they should be, s; 0: at once.
+        response_s = 0.0;
+        /// Largest acceleration of the orbit's centre and radius, m/s2.
+        acceleration_max_m_s2 = 1.0;
+        /// Fastest that centre and radius approach what they should be, m/s.
+        approach_max_m_s = 10.0;
         /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius.
         take_back_fraction = 0.9;
     } words {

@@ -1,8 +1,8 @@
 //! From a scenario's tables to the library's parameters: one line per value.
 
 use standoff::{
-    GroupParams, GuidanceParams, Lead, Margin, SensorParams, StandoffParams, TargetParams, TeamParams, TrackParams,
-    UavParams,
+    GroupParams, GuidanceParams, Lead, Margin, MotionParams, SensorParams, StandoffParams, TargetParams, TeamParams,
+    TrackParams, UavParams,
 };
 
 use super::file::{self, resolved::ScenarioFile};
@@ -83,6 +83,11 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
             },
             centre: file.orbit.centre.into(),
             smoothing_s: number!("group.smoothing_s", orbit.smoothing_s),
+            motion: MotionParams {
+                response_s: number!("group.motion.response_s", orbit.response_s),
+                acceleration_max_m_s2: number!("group.motion.acceleration_max_m_s2", orbit.acceleration_max_m_s2),
+                approach_max_m_s: number!("group.motion.approach_max_m_s", orbit.approach_max_m_s),
+            },
             on_membership_change: file.orbit.on_membership_change.into(),
             take_back_fraction: number!("group.take_back_fraction", orbit.take_back_fraction),
             convergence_limit_m2_s: number!("group.convergence_limit_m2_s", groups.convergence_limit_m2_s),

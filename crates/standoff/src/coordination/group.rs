@@ -12,6 +12,7 @@ use crate::estimation::group_centre::{
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
+use crate::guidance::orbit_motion::Motion;
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 use crate::target::{TargetState, Transition};
@@ -122,6 +123,7 @@ impl Group {
                 self.centre = self.centre.shifted(&membership_shift(known, before, &centroid));
             }
         }
+        let was = self.centre.estimate().state;
         let is_sound = self.centre.follow(transition, centroid.position(), &centroid_m2);
         match team.group.centre {
             CentreEstimate::Filtered if is_sound => {}
@@ -131,7 +133,12 @@ impl Group {
                 self.centre = GroupCentre::at(&Centroid::of(estimates)?, innovation_distance)?;
             }
         }
-        let smoothed = is_unchanged.then_some((self.smoothed, transition.dt));
+        if team.group.motion.response_s > 0.0 {
+            let wanted = Motion::of(&self.centre.estimate().state);
+            let flown = Motion::of(&was).follow(&wanted, &team.group.motion, transition.dt.s());
+            self.centre = self.centre.moved_to(flown.at_m, flown.rate_m_s);
+        }
+        let smoothed = (is_unchanged || team.group.motion.response_s > 0.0).then_some((self.smoothed, transition.dt));
         self.fit_orbit(&centroid_m2, known, members, smoothed, team)
     }
 
@@ -152,7 +159,16 @@ impl Group {
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
-        let standoff = params.standoff.distance(spread, margin_m);
+        let mut standoff = params.standoff.distance(spread, margin_m);
+        if let Some((_, dt)) = smoothed.filter(|_| params.motion.response_s > 0.0) {
+            let radius = |standoff: &StandoffDistance| Motion {
+                at_m: nalgebra::Vector1::new(standoff.distance_m),
+                rate_m_s: nalgebra::Vector1::new(standoff.rate_m_s),
+            };
+            let flown = radius(&self.standoff).follow(&radius(&standoff), &params.motion, dt.s());
+            standoff.distance_m = flown.at_m[0].clamp(params.standoff.radius_min_m, params.standoff.radius_max_m);
+            standoff.rate_m_s = flown.rate_m_s[0];
+        }
         let wanted = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,
             Lead::Predicted => {

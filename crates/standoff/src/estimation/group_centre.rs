@@ -4,7 +4,7 @@
 //! the members' position covariances over n^2. The filter filters what is already filtered, so its own covariance is
 //! too small to take a margin from.
 
-use nalgebra::{Matrix2, Vector6};
+use nalgebra::{Matrix2, Vector2, Vector6};
 
 use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
@@ -103,6 +103,14 @@ impl GroupCentre {
     #[must_use]
     pub fn shifted(&self, by: &Vector6<f64>) -> Self {
         Self { filter: self.filter.shifted(by), ..*self }
+    }
+
+    /// Puts the centre elsewhere, m, moving at so many m/s.
+    #[must_use]
+    pub(crate) fn moved_to(&self, at_m: Vector2<f64>, rate_m_s: Vector2<f64>) -> Self {
+        let now = self.estimate().state.0;
+        let there = Vector6::new(at_m.x, rate_m_s.x, 0.0, at_m.y, rate_m_s.y, 0.0);
+        self.shifted(&(there - now))
     }
 
     /// Mean and covariance of the centre.

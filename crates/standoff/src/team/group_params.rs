@@ -1,5 +1,6 @@
 //! Parameters of groups and of who serves them.
 
+use crate::guidance::orbit_motion::MotionParams;
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::param::{Allowed, ParamError, errors_of};
 
@@ -68,6 +69,8 @@ pub struct GroupParams {
     pub centre: CentreEstimate,
     /// Time constant with which the radius steered for follows r_d, s; at least 0; 0, as in the paper: at once.
     pub smoothing_s: f64,
+    /// How quick centre and radius may be.
+    pub motion: MotionParams,
     /// What a change of members does to the centre.
     pub on_membership_change: OnMembershipChange,
     /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius; above 0,
