@@ -124,7 +124,7 @@ const WORDS: &[(&str, &[&str])] = &[
     ("uavs.integrator", &["exact", "euler"]),
     ("team.minds", &["one", "each"]),
     ("orbit.margin", &["standard-deviations", "mahalanobis"]),
-    ("orbit.centre", &["filtered", "centroid"]),
+    ("orbit.centre", &["filtered", "centroid", "smallest-circle"]),
     ("orbit.on_membership_change", &["shift", "filter"]),
     ("groups.objective", &["log-det", "printed"]),
     ("guidance.feedforward", &["flown", "actual", "exact", "printed"]),

@@ -11,3 +11,4 @@ mod required_orbit;
 pub(crate) mod settling;
 mod spread;
 pub mod teammate;
+pub(crate) mod wanted_centre;

@@ -86,7 +86,11 @@ prop_compose! {
         feedforward in prop_oneof![Just(Feedforward::Flown), Just(Feedforward::Actual), Just(Feedforward::Exact), Just(Feedforward::Printed)],
         lead in prop_oneof![Just(Lead::Constant(3.0)), Just(Lead::Scheduled), Just(Lead::Predicted)],
         speed_reference in prop_oneof![Just(SpeedReference::Ground), Just(SpeedReference::Centre)],
-        centre in prop_oneof![Just(CentreEstimate::Filtered), Just(CentreEstimate::Centroid)],
+        centre in prop_oneof![
+            Just(CentreEstimate::Filtered),
+            Just(CentreEstimate::Centroid),
+            Just(CentreEstimate::SmallestCircle),
+        ],
         sense in prop_oneof![Just(Sense::Anticlockwise), Just(Sense::Clockwise)],
     ) -> Start {
         let mut draw = Draw(seed);

@@ -293,7 +293,7 @@ tables! {
     } words {
         /// `standard-deviations` of the furthest target's relative position, in metres, or `mahalanobis` as printed (16).
         margin: Margin = StandardDeviations;
-        /// The centre: `filtered`, or the members' `centroid` itself.
+        /// The centre: `filtered`, the members' `centroid` itself, or that of the `smallest-circle` about them.
         centre: Centre = Filtered;
         /// When members change, the centre `shift`s by the known jump, or the filter takes it for an innovation (`filter`).
         on_membership_change: OnMembershipChange = Shift;
@@ -500,6 +500,8 @@ words! {
         Filtered,
         /// The centroid of the members' estimates.
         Centroid,
+        /// The centre of the smallest circle about the members' estimates.
+        SmallestCircle,
     }
 }
 words! {

@@ -5,17 +5,16 @@ use nalgebra::{Matrix2, Vector6};
 use crate::coordination::event::EventKind;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
-use crate::coordination::spread::{furthest_from, margin_m, spread_in, spread_of};
-use crate::estimation::group_centre::{
-    Centroid, GroupCentre, mean_position_covariance, mean_state, relative_covariance,
-};
+use crate::coordination::spread::{furthest_from, margin_m, spread_in};
+use crate::coordination::wanted_centre::{WantedCentre, circle_in};
+use crate::estimation::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
 use crate::guidance::orbit_motion::Motion;
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
-use crate::target::{TargetState, Transition};
+use crate::target::Transition;
 use crate::team::{CentreEstimate, GroupParams, OnMembershipChange, TeamParams};
 use crate::time::Duration;
 
@@ -77,10 +76,11 @@ impl Group {
         team: &TeamParams,
     ) -> Option<Self> {
         let centroid = Centroid::of(members.clone().map(|index| known[index].estimate()))?;
+        let wanted = WantedCentre::of(team.group.centre, known, members.clone())?;
         let mut group = Self {
             id,
             members: centroid.members,
-            centre: GroupCentre::start(&centroid)?,
+            centre: GroupCentre::start(&centroid.at(&wanted.state))?,
             // What the orbit is like follows below.
             furthest: TrackId(0),
             spread: Spread::default(),
@@ -98,7 +98,7 @@ impl Group {
             members_when_assigned: 0,
             alarms: Alarms::default(),
         };
-        group.fit_orbit(&centroid.mean.position_covariance(), known, members, None, team)?;
+        group.fit_orbit(&wanted, &centroid.mean.position_covariance(), known, members, None, team)?;
         Some(group)
     }
 
@@ -112,25 +112,25 @@ impl Group {
         team: &TeamParams,
     ) -> Option<()> {
         let estimates = members.clone().map(|index| known[index].estimate());
-        let (centroid, n) = mean_state(estimates.clone())?;
-        let centroid_m2 = mean_position_covariance(estimates.clone(), n);
-        self.members = n;
+        let wanted = WantedCentre::of(team.group.centre, known, members.clone())?;
+        let centroid_m2 = mean_position_covariance(estimates.clone(), wanted.members);
+        self.members = wanted.members;
+        let was = self.centre.estimate().state;
         let is_unchanged = before.clone().eq(members.clone());
         if !is_unchanged {
             // With other members it is another orbit, and patience begins anew.
             (self.diverging, self.outrun) = (Duration::ZERO, Duration::ZERO);
             if team.group.on_membership_change == OnMembershipChange::Shift {
-                self.centre = self.centre.shifted(&membership_shift(known, before, &centroid));
+                self.centre = self.centre.shifted(&membership_shift(known, before, &wanted, team));
             }
         }
-        let was = self.centre.estimate().state;
-        let is_sound = self.centre.follow(transition, centroid.position(), &centroid_m2);
+        let is_sound = self.centre.follow(transition, wanted.state.position(), &centroid_m2);
         match team.group.centre {
             CentreEstimate::Filtered if is_sound => {}
             CentreEstimate::Filtered => self.centre = GroupCentre::start(&Centroid::of(estimates)?)?,
-            CentreEstimate::Centroid => {
+            CentreEstimate::Centroid | CentreEstimate::SmallestCircle => {
                 let innovation_distance = if is_sound { self.centre.innovation_distance } else { 0.0 };
-                self.centre = GroupCentre::at(&Centroid::of(estimates)?, innovation_distance)?;
+                self.centre = GroupCentre::at(&Centroid::of(estimates)?.at(&wanted.state), innovation_distance)?;
             }
         }
         if team.group.motion.response_s > 0.0 {
@@ -139,13 +139,14 @@ impl Group {
             self.centre = self.centre.moved_to(flown.at_m, flown.rate_m_s);
         }
         let smoothed = (is_unchanged || team.group.motion.response_s > 0.0).then_some((self.smoothed, transition.dt));
-        self.fit_orbit(&centroid_m2, known, members, smoothed, team)
+        self.fit_orbit(&wanted, &centroid_m2, known, members, smoothed, team)
     }
 
     /// Fits the orbit to the centre and the members as they are now. `centroid_m2` is the covariance of their centroid's
     /// position, m2; `smoothed` what was steered for before, and how long ago.
     fn fit_orbit(
         &mut self,
+        wanted: &WantedCentre,
         centroid_m2: &Matrix2<f64>,
         known: &[Known],
         members: impl Iterator<Item = usize> + Clone,
@@ -155,7 +156,7 @@ impl Group {
         let (params, uav) = (&team.group, &team.uav);
         let at = self.centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
-        let spread = spread_of(&furthest.estimate().state, &at);
+        let spread = wanted.spread(&furthest.estimate().state, &at);
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
@@ -169,16 +170,20 @@ impl Group {
             standoff.distance_m = flown.at_m[0].clamp(params.standoff.radius_min_m, params.standoff.radius_max_m);
             standoff.rate_m_s = flown.rate_m_s[0];
         }
-        let wanted = match team.guidance.lead {
+        let steered = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,
             Lead::Predicted => {
                 let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
                 let states = members.map(|index| known[index].estimate().state);
-                params.standoff.distance(spread_in(lead_s, states, &at), margin_m)
+                let expected = match params.centre {
+                    CentreEstimate::SmallestCircle => circle_in(lead_s, states)?.2,
+                    CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
+                };
+                params.standoff.distance(expected, margin_m)
             }
         };
         let (before, dt) = smoothed.unzip();
-        self.smoothed = Ramp::smoothed(before, &wanted, params.smoothing_s, dt.unwrap_or_default().s());
+        self.smoothed = Ramp::smoothed(before, &steered, params.smoothing_s, dt.unwrap_or_default().s());
         let centre_speed_m_s = at.velocity().speed_m_s();
         let speed_m_s = uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
         self.turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
@@ -262,8 +267,13 @@ impl Group {
     }
 }
 
-/// What the change of members alone moved the centroid, all else as it is now.
-fn membership_shift(known: &[Known], before: impl Iterator<Item = usize>, centroid: &TargetState) -> Vector6<f64> {
-    let old = mean_state(before.map(|index| known[index].estimate()));
-    old.map_or(Vector6::zeros(), |(old, _)| centroid.0 - old.0)
+/// What the change of members alone moved the wanted centre, all else as it is now.
+fn membership_shift(
+    known: &[Known],
+    before: impl Iterator<Item = usize> + Clone,
+    wanted: &WantedCentre,
+    team: &TeamParams,
+) -> Vector6<f64> {
+    let old = WantedCentre::of(team.group.centre, known, before);
+    old.map_or(Vector6::zeros(), |old| wanted.state.0 - old.state.0)
 }

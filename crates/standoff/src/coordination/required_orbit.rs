@@ -1,21 +1,22 @@
 //! The orbit that a set of targets would require.
 
 use crate::coordination::memberships::Known;
-use crate::coordination::spread::{furthest_from, margin_m, spread_of};
-use crate::estimation::group_centre::{mean_position_covariance, mean_state, relative_covariance};
+use crate::coordination::spread::margin_m;
+use crate::coordination::wanted_centre::WantedCentre;
+use crate::estimation::group_centre::{mean_position_covariance, relative_covariance};
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::target::TargetState;
 use crate::team::GroupParams;
 
-/// The orbit that a set of targets would require, by their centroid. With the printed margin (16) none is taken: it jumps
-/// with every change of members.
+/// The orbit that a set of targets would require, about their centroid itself or the centre of the smallest circle about
+/// them. With the printed margin (16) none is taken: it jumps with every change of members.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RequiredOrbit {
     members: u32,
-    centroid: TargetState,
-    /// The place of the target furthest from the centroid.
+    centre: TargetState,
+    /// The place of the target furthest from the centre.
     pub(crate) furthest: usize,
     /// The standoff distance.
     pub(crate) standoff: StandoffDistance,
@@ -29,21 +30,22 @@ impl RequiredOrbit {
         params: &GroupParams,
     ) -> Option<Self> {
         let estimate = |index: usize| known[index].estimate();
-        let (centroid, members) = mean_state(places.clone().map(estimate))?;
-        let centre = centroid.position();
-        let furthest = furthest_from(centre, known, places.clone())?;
+        let wanted = WantedCentre::of(params.centre, known, places.clone())?;
+        let (centre, members) = (wanted.state, wanted.members);
+        let furthest = wanted.furthest(known, places.clone())?;
         let relative_m2 = || {
             let centroid_m2 = mean_position_covariance(places.map(estimate), members);
             relative_covariance(estimate(furthest), &centroid_m2, members)
         };
-        let margin_m = margin_m(params.margin, 0.0, relative_m2, known[furthest].position() - centre);
-        let standoff = params.standoff.distance(spread_of(&estimate(furthest).state, &centroid), margin_m);
-        Some(Self { members, centroid, furthest, standoff })
+        let margin_m = margin_m(params.margin, 0.0, relative_m2, known[furthest].position() - centre.position());
+        let spread = wanted.spread(&estimate(furthest).state, &centre);
+        let standoff = params.standoff.distance(spread, margin_m);
+        Some(Self { members, centre, furthest, standoff })
     }
 
-    /// The centroid.
+    /// Its centre.
     pub(crate) fn centre(&self) -> Position {
-        self.centroid.position()
+        self.centre.position()
     }
 
     pub(crate) fn members(&self) -> u32 {
@@ -59,6 +61,6 @@ impl RequiredOrbit {
 
     /// The orbit.
     pub(crate) fn orbit(&self) -> Orbit {
-        Orbit::about(&self.centroid, &self.standoff, Ramp::from(&self.standoff))
+        Orbit::about(&self.centre, &self.standoff, Ramp::from(&self.standoff))
     }
 }

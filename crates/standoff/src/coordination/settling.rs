@@ -19,7 +19,7 @@ use crate::coordination::handoff::Handoff;
 use crate::coordination::memberships::{Known, Membership, Memberships};
 use crate::coordination::required_orbit::RequiredOrbit;
 use crate::coordination::teammate::Teammate;
-use crate::estimation::group_centre::Centroid;
+use crate::coordination::wanted_centre::WantedCentre;
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
 use crate::team::{GroupCount, TeamParams};
@@ -49,7 +49,7 @@ pub(crate) struct Room {
     places: Vec<usize>,
     positions: Vec<Position>,
     groups: Vec<GroupId>,
-    centroids: Vec<(GroupId, Centroid)>,
+    centres: Vec<(GroupId, WantedCentre)>,
     /// Squared distance, m2, place and group.
     candidates: Vec<(f64, usize, GroupId)>,
     wanted: Vec<(usize, GroupId)>,
@@ -157,12 +157,12 @@ impl Settling<'_> {
 
     /// Every unassigned target with every group that may reach it, the nearest first.
     fn candidates(&mut self) -> Vec<(f64, usize, GroupId)> {
-        let Room { centroids, candidates, .. } = &mut *self.room;
+        let Room { centres, candidates, .. } = &mut *self.room;
         let (memberships, mut candidates) = (&*self.memberships, core::mem::take(candidates));
-        centroids.clear();
+        centres.clear();
         for id in memberships.groups() {
-            let members = memberships.of(*id).map(|place| memberships.known()[place].estimate());
-            centroids.extend(Centroid::of(members).map(|centroid| (*id, centroid)));
+            let centre = WantedCentre::of(self.params.group.centre, memberships.known(), memberships.of(*id));
+            centres.extend(centre.map(|centre| (*id, centre)));
         }
         let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
         candidates.clear();
@@ -170,11 +170,9 @@ impl Settling<'_> {
             if target.speed_m_s() > limit_m_s {
                 continue;
             }
-            for (id, centroid) in &*centroids {
-                let n = f64::from(centroid.members);
-                // With it, the centroid moves towards it by one part in n + 1.
-                let reach_m = reach_m * (n + 1.0) / n;
-                let squared_m2 = target.position().squared_distance_m2(centroid.mean.state.position());
+            for (id, centre) in &*centres {
+                let reach_m = centre.reach_m(reach_m);
+                let squared_m2 = target.position().squared_distance_m2(centre.state.position());
                 if squared_m2 <= reach_m * reach_m && !target.is_barred_from(*id, self.now) {
                     candidates.push((squared_m2, place, *id));
                 }

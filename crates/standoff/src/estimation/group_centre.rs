@@ -33,6 +33,12 @@ impl Centroid {
         let mean = Estimate { state: TargetState(sum * weight), covariance: covariance * (weight * weight) };
         (n > 0).then_some(Self { mean, members: n })
     }
+
+    /// The same covariance about another state.
+    pub(crate) fn at(mut self, state: &TargetState) -> Self {
+        self.mean.state = *state;
+        self
+    }
 }
 
 /// Covariance of the position of a member relative to the centroid of so many, whose own is `centroid_m2`, m2: what a

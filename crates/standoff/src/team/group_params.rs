@@ -33,6 +33,8 @@ pub enum CentreEstimate {
     Filtered,
     /// The centroid of the members' estimates itself, positions and velocities.
     Centroid,
+    /// The centre of the smallest circle about the members' estimated positions: no orbit that holds them all is smaller.
+    SmallestCircle,
 }
 
 /// What happens to the centre when a group's members change and the centroid jumps.

@@ -4,7 +4,7 @@ use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OnOrbit;
 use crate::message::{Cue, TargetLabel};
-use crate::team::Margin;
+use crate::team::{CentreEstimate, Margin};
 use crate::uav::{UavId, UavState};
 
 /// Targets on known positions, groups without UAVs' motion: a world in which only memberships change.
@@ -148,6 +148,28 @@ fn a_discarded_target_is_taken_back_with_room_to_spare() {
     assert_eq!((world.kinds(), world.groups()), (vec![], vec![(0, vec![0, 1])]));
     world.place(2, 510.0);
     assert_eq!((world.kinds(), world.groups()), (vec!["taken-back"], vec![(0, vec![0, 1, 2])]));
+}
+
+/// Four together and one far off: their centroid stands by the four, the smallest circle half-way. Its orbit of 640 m
+/// holds all, where one about the centroid, 128 m from the four, needs 1024 m.
+#[test]
+fn the_smallest_circle_holds_what_the_centroid_lets_go() {
+    let places = [0.0, 0.0, 0.0, 0.0, 640.0];
+    let mut centroid = World::new(2, &places);
+    assert_eq!(centroid.kinds(), ["group-founded", "discarded"]);
+    let mut circle = World::new(2, &places);
+    circle.params.group.centre = CentreEstimate::SmallestCircle;
+    assert_eq!(circle.kinds(), ["group-founded"]);
+    let group = circle.first_group();
+    assert_eq!(group.centre.estimate().state.position(), Position::from_m(320.0, 0.0));
+    assert!((group.standoff.unclamped_m - 640.0).abs() < 1e-9, "{:?}", group.standoff);
+    // Too far off at 1200 m; taken back where the circle leaves room, 315 m about its centre.
+    circle.place(4, 1200.0);
+    assert_eq!(circle.kinds(), ["discarded"]);
+    circle.place(4, 632.0);
+    assert_eq!(circle.kinds(), [""; 0]);
+    circle.place(4, 628.0);
+    assert_eq!((circle.kinds(), circle.groups()), (vec!["taken-back"], vec![(0, vec![0, 1, 2, 3, 4])]));
 }
 
 /// Checks section IV.B.2, convergence rule: an orbit that has run away for long enough loses its furthest target, which
