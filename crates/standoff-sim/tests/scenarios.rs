@@ -525,6 +525,8 @@ fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
         "orbit.margin_sds",
         "orbit.on_membership_change",
         "orbit.centre",
+        "orbit.aim",
+        "groups.discard",
         "guidance.lead",
         "guidance.lead_s",
         "guidance.speed_reference",

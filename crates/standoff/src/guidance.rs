@@ -1,5 +1,6 @@
 //! How a UAV flies: the standoff distance, the vector field onto the orbit, heading and turn rate, spacing on the orbit.
 
+pub(crate) mod aim;
 pub mod heading;
 pub mod moving_centre;
 pub mod orbit_motion;

@@ -58,6 +58,6 @@ pub use sensor::{RangeBearing, SensorParams};
 pub use smallest_circle::{CircleMotion, SmallestCircle};
 pub use step::{Diagnostics, LookAt, Observation, Step};
 pub use target::{TargetParams, TargetState, Transition};
-pub use team::{CentreEstimate, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, TeamParams};
+pub use team::{Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, TeamParams};
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

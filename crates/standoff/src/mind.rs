@@ -3,6 +3,7 @@
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
 use crate::frame::{Position, Velocity};
+use crate::guidance::aim::middle;
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
@@ -12,7 +13,7 @@ use crate::param::ParamError;
 use crate::picture::{News, Picture, Scratch};
 use crate::step::{Diagnostics, LookAt, Observation, Step};
 use crate::target::Transition;
-use crate::team::TeamParams;
+use crate::team::{Aim, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::{Command, LimitedCommand, UavId, UavState};
 
@@ -240,11 +241,16 @@ impl Mind {
         Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
     }
 
-    /// The group's centre; without a group, where something was last known to be.
+    /// The group's centre, or the middle of its members; without a group, where something was last known to be.
     fn look_at(&self, id: UavId, own: &UavState, group: Option<&Group>) -> Option<LookAt> {
         let Some(group) = group else { return self.nearest_known(id, own) };
         let centre = group.centre.estimate().state;
-        Some(LookAt { position: centre.position(), velocity: centre.velocity() })
+        let centre = LookAt { position: centre.position(), velocity: centre.velocity() };
+        let members = self.picture().members_of(group.id).map(|known| known.estimate().state);
+        match self.params.group.aim {
+            Aim::Centre => Some(centre),
+            Aim::Middle => middle(own, centre.position, members).or(Some(centre)),
+        }
     }
 
     /// The nearest track, a lost one where it was lost if there are no others; `None` for a UAV that the team does not

@@ -73,6 +73,11 @@ impl Picture {
         self.memberships.known()
     }
 
+    /// The members of a group, those in dwell to or from it included.
+    pub(crate) fn members_of(&self, group: GroupId) -> impl Iterator<Item = &Known> {
+        self.memberships.of(group).map(|place| &self.known()[place])
+    }
+
     /// What is known of a track.
     pub fn find(&self, track: TrackId) -> Option<&Known> {
         self.memberships.place(track).ok().map(|place| &self.known()[place])

@@ -13,7 +13,7 @@ use crate::target::TargetParams;
 use crate::time::Duration;
 use crate::uav::{Integrator, UavParams};
 
-pub use group_params::{CentreEstimate, GroupCount, GroupParams, Margin, Objective, OnMembershipChange};
+pub use group_params::{Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange};
 
 /// Parameters of a team; every agent of it is built from the same.
 ///
@@ -80,6 +80,8 @@ impl TeamParams {
                 count: GroupCount::Half,
                 margin: Margin::StandardDeviations(1.645),
                 centre: CentreEstimate::Filtered,
+                aim: Aim::Centre,
+                discard: Discard::Furthest,
                 smoothing_s: 0.0,
                 motion: MotionParams { response_s: 0.0, acceleration_max_m_s2: 1.0, approach_max_m_s: 10.0 },
                 on_membership_change: OnMembershipChange::Shift,

@@ -91,12 +91,15 @@ prop_compose! {
             Just(CentreEstimate::Centroid),
             Just(CentreEstimate::SmallestCircle),
         ],
+        aim in prop_oneof![Just(Aim::Centre), Just(Aim::Middle)],
+        discard in prop_oneof![Just(Discard::Furthest), Just(Discard::Widening)],
         sense in prop_oneof![Just(Sense::Anticlockwise), Just(Sense::Clockwise)],
     ) -> Start {
         let mut draw = Draw(seed);
         let mut team = TeamParams::table_1();
         (team.guidance.feedforward, team.guidance.lead, team.guidance.sense) = (feedforward, lead, sense);
         (team.guidance.speed_reference, team.group.centre) = (speed_reference, centre);
+        (team.group.aim, team.group.discard) = (aim, discard);
         let vehicles = (0..vehicles).map(|_| Vehicle {
             position: Position::from_m(field_m * draw.next(), field_m * draw.next()),
             velocity: Velocity::from_m_s(speed_m_s * draw.next(), speed_m_s * draw.next()),

@@ -295,6 +295,8 @@ tables! {
         margin: Margin = StandardDeviations;
         /// The centre: `filtered`, the members' `centroid` itself, or that of the `smallest-circle` about them.
         centre: Centre = Filtered;
+        /// Sensors point at the group's `centre`, or at the `middle` of its members as each UAV sees them.
+        aim: Aim = Centre;
         /// When members change, the centre `shift`s by the known jump, or the filter takes it for an innovation (`filter`).
         on_membership_change: OnMembershipChange = Shift;
     }
@@ -328,6 +330,8 @@ tables! {
         count: GroupCount = Half;
         /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
         objective: Objective = LogDet;
+        /// Where an orbit cannot hold all, the `furthest` goes, or who is most `widening` it.
+        discard: Discard = Furthest;
     }
 
     /// `[guidance]`: the law's gains.
@@ -502,6 +506,24 @@ words! {
         Centroid,
         /// The centre of the smallest circle about the members' estimates.
         SmallestCircle,
+    }
+}
+words! {
+    /// What sensors point at.
+    Aim for standoff::Aim {
+        /// The group's centre.
+        Centre,
+        /// The middle of the members' angular extent as the UAV sees them.
+        Middle,
+    }
+}
+words! {
+    /// Whom a group lets go of whose orbit cannot hold all.
+    Discard for standoff::Discard {
+        /// The member furthest from the centre.
+        Furthest,
+        /// The one without whom the orbit is smallest.
+        Widening,
     }
 }
 words! {

@@ -82,6 +82,8 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
                 }
             },
             centre: file.orbit.centre.into(),
+            aim: file.orbit.aim.into(),
+            discard: file.groups.discard.into(),
             smoothing_s: number!("group.smoothing_s", orbit.smoothing_s),
             motion: MotionParams {
                 response_s: number!("group.motion.response_s", orbit.response_s),

@@ -22,7 +22,8 @@ use crate::coordination::teammate::Teammate;
 use crate::coordination::wanted_centre::WantedCentre;
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
-use crate::team::{GroupCount, TeamParams};
+use crate::smallest_circle::SmallestCircle;
+use crate::team::{Discard, GroupCount, TeamParams};
 use crate::time::{Duration, Time};
 
 /// What outlives an instant beside the memberships.
@@ -199,6 +200,26 @@ impl Settling<'_> {
         self.required(self.members(id).chain([further])).filter(|orbit| orbit.leaves_room(&self.params.group))
     }
 
+    /// Who goes first of targets that one orbit cannot hold.
+    fn whom_to_let_go(&self, places: impl Iterator<Item = usize> + Clone, required: &RequiredOrbit) -> usize {
+        let furthest = required.furthest;
+        if self.params.group.discard == Discard::Furthest {
+            return furthest;
+        }
+        let needed_m = |without: usize| {
+            let rest = self.required(places.clone().filter(|place| *place != without));
+            rest.map_or(0.0, |rest| rest.standoff.unclamped_m)
+        };
+        // Without anybody else the circle stays as it is.
+        let circle = SmallestCircle::of(places.clone().map(|place| self.known()[place].position()));
+        let on_rim = circle.iter().flat_map(SmallestCircle::rim).filter_map(|number| places.clone().nth(number));
+        let tried = on_rim.map(|place| (needed_m(place), place));
+        // Less by more than rounding.
+        tried
+            .fold((needed_m(furthest), furthest), |least, one| if one.0 < least.0 * (1.0 - 1e-9) { one } else { least })
+            .1
+    }
+
     /// Removes the furthest target of every group whose orbit runs away, and of every group until its orbit fits.
     ///
     /// Implements section IV.B.2 and section IV.B.2, convergence rule.
@@ -210,10 +231,11 @@ impl Settling<'_> {
                 let threshold_m2_s = group.threshold_m2_s?;
                 let required = (group.diverging.s() > self.params.group.convergence_patience_s)
                     .then(|| self.required_by(id))??;
-                (required.members() > 1).then_some((threshold_m2_s, required.furthest))
+                let whom = || self.whom_to_let_go(self.members(id), &required);
+                (required.members() > 1).then(|| (threshold_m2_s, whom()))
             });
-            if let Some((threshold_m2_s, furthest)) = diverging {
-                self.let_go(id, furthest, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
+            if let Some((threshold_m2_s, whom)) = diverging {
+                self.let_go(id, whom, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
             }
             self.discard_fastest(id);
             let allowed_m = self.params.group.standoff.radius_max_m;
@@ -222,7 +244,8 @@ impl Settling<'_> {
                 if needed_m <= allowed_m {
                     break;
                 }
-                self.let_go(id, required.furthest, EventKind::Discarded { needed_m, allowed_m });
+                let whom = self.whom_to_let_go(self.members(id), &required);
+                self.let_go(id, whom, EventKind::Discarded { needed_m, allowed_m });
             }
         }
         self.room.groups = groups;
@@ -266,7 +289,7 @@ impl Settling<'_> {
 
     /// The group's orbit cannot hold a target. One that is only just being received goes first, if the orbit is smaller
     /// without it; one that is being passed on is passed at once.
-    fn let_go(&mut self, id: GroupId, furthest: usize, kind: EventKind) {
+    fn let_go(&mut self, id: GroupId, whom: usize, kind: EventKind) {
         let needed_m = self.required_by(id).map_or(0.0, |required| required.standoff.unclamped_m);
         let widens = |place: &usize| {
             let others = self.members(id).filter(|other| other != place);
@@ -274,13 +297,13 @@ impl Settling<'_> {
         };
         let is_incoming = |place: &usize| self.known()[*place].receiving_group() == Some(id);
         let incoming = self.members(id).filter(is_incoming).find(widens);
-        if let Some(incoming) = incoming.or(Some(furthest).filter(is_incoming)) {
+        if let Some(incoming) = incoming.or(Some(whom).filter(is_incoming)) {
             self.withdraw(incoming, WithdrawalReason::ReceivingCannotHold);
-        } else if self.known()[furthest].receiving_group().is_some() {
-            self.complete(furthest, CompletionReason::PassingCannotHold);
+        } else if self.known()[whom].receiving_group().is_some() {
+            self.complete(whom, CompletionReason::PassingCannotHold);
         } else {
-            self.events.push(Event::of_track(kind, self.track(furthest), Some(id)));
-            self.memberships.set(furthest, Membership::Discarded);
+            self.events.push(Event::of_track(kind, self.track(whom), Some(id)));
+            self.memberships.set(whom, Membership::Discarded);
         }
     }
 

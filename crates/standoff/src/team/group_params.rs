@@ -37,6 +37,28 @@ pub enum CentreEstimate {
     SmallestCircle,
 }
 
+/// Whom a group lets go of whose orbit cannot hold all.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Discard {
+    /// The member furthest from the centre (section IV.B.2).
+    #[default]
+    Furthest,
+    /// The one without whom the orbit is smallest: of the furthest and those that hold the smallest circle about the
+    /// members. Where it makes no difference, the furthest.
+    Widening,
+}
+
+/// What the UAVs of a group point their sensors at.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Aim {
+    /// The group's centre.
+    #[default]
+    Centre,
+    /// The middle of the members' angular extent as the UAV sees them, those in dwell included: so the worst of them is
+    /// least far off the boresight. The centre for a UAV among them.
+    Middle,
+}
+
 /// What happens to the centre when a group's members change and the centroid jumps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum OnMembershipChange {
@@ -69,6 +91,10 @@ pub struct GroupParams {
     pub margin: Margin,
     /// Where the centre is.
     pub centre: CentreEstimate,
+    /// Where its UAVs look.
+    pub aim: Aim,
+    /// Who goes where an orbit cannot hold all.
+    pub discard: Discard,
     /// Time constant with which the radius steered for follows r_d, s; at least 0; 0, as in the paper: at once.
     pub smoothing_s: f64,
     /// How quick centre and radius may be.

@@ -157,7 +157,8 @@ impl Settling<'_> {
             if required.leaves_room(&self.params.group) || places.len() == 1 {
                 break;
             }
-            places.retain(|place| *place != required.furthest);
+            let whom = self.whom_to_let_go(places.iter().copied(), &required);
+            places.retain(|place| *place != whom);
         }
         places
     }

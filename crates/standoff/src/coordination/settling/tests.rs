@@ -4,7 +4,7 @@ use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OnOrbit;
 use crate::message::{Cue, TargetLabel};
-use crate::team::{CentreEstimate, Margin};
+use crate::team::{CentreEstimate, Discard, Margin};
 use crate::uav::{UavId, UavState};
 
 /// Targets on known positions, groups without UAVs' motion: a world in which only memberships change.
@@ -170,6 +170,25 @@ fn the_smallest_circle_holds_what_the_centroid_lets_go() {
     assert_eq!(circle.kinds(), [""; 0]);
     circle.place(4, 628.0);
     assert_eq!((circle.kinds(), circle.groups()), (vec!["taken-back"], vec![(0, vec![0, 1, 2, 3, 4])]));
+}
+
+/// Both ends of a row are as far from the middle, and the orbit of 800 m is too large. Without the last it needs 690 m,
+/// without the first, who stands apart, 300 m.
+#[test]
+fn who_widens_the_orbit_most_is_let_go() {
+    let row = |discard, x_m: &[f64]| {
+        let mut world = World::new(2, x_m);
+        (world.params.group.centre, world.params.group.discard) = (CentreEstimate::SmallestCircle, discard);
+        let events = world.settle();
+        let gone = events.iter().filter(|event| event.kind.name() == "discarded").filter_map(|event| event.track);
+        gone.map(|track| track.0).collect::<Vec<_>>()
+    };
+    let apart = [0.0, 500.0, 600.0, 690.0, 800.0];
+    assert_eq!(row(Discard::Furthest, &apart), [4]);
+    assert_eq!(row(Discard::Widening, &apart), [0]);
+    // Where it makes no difference, it is the same one.
+    let even = [0.0, 400.0, 800.0];
+    assert_eq!((row(Discard::Furthest, &even), row(Discard::Widening, &even)), (vec![2], vec![2]));
 }
 
 /// Checks section IV.B.2, convergence rule: an orbit that has run away for long enough loses its furthest target, which

@@ -1,0 +1,107 @@
+//! Where a UAV points its sensor so that all of its group's members fit in: at the middle of their angular extent.
+//!
+//! Of all directions it is that from which the worst member is least far off. It meets the line between the outermost
+//! two, L and R at distances l and r from the UAV, in the point that divides it as their distances do:
+//!
+//! ```text
+//! Q  = w L + (1 - w) R            w  = r / (l + r)
+//! Q' = w L' + (1 - w) R' + w' (L - R)        w' = (r' l - r l') / (l + r)^2
+//! ```
+
+use crate::frame::{Displacement, Position, Velocity};
+use crate::step::LookAt;
+use crate::target::TargetState;
+use crate::uav::UavState;
+
+/// The middle of the angular extent of targets, seen from a UAV, as a point that moves as the targets and the UAV do.
+/// `None` if one of them is not ahead of a UAV that looks towards their `centre`: then they have no middle.
+pub(crate) fn middle(uav: &UavState, centre: Position, targets: impl Iterator<Item = TargetState>) -> Option<LookAt> {
+    let towards = (centre - uav.position).vector();
+    // Tangent of the angle off the centre, anticlockwise; the target.
+    let mut outermost: Option<[(f64, TargetState); 2]> = None;
+    for target in targets {
+        let target_rel_uav = (target.position() - uav.position).vector();
+        let (ahead, aside) = (towards.dot(&target_rel_uav), towards.perp(&target_rel_uav));
+        let one = (aside / ahead, target);
+        if !(ahead > 0.0 && one.0.is_finite()) {
+            return None;
+        }
+        let [right, left] = outermost.unwrap_or([one; 2]);
+        outermost = Some([if one.0 < right.0 { one } else { right }, if one.0 > left.0 { one } else { left }]);
+    }
+    let [(_, right), (_, left)] = outermost?;
+    let own_velocity = Velocity::from_polar(uav.speed_m_s, uav.heading);
+    let range = |target: &TargetState| {
+        let target_rel_uav = target.position() - uav.position;
+        let velocity_rel_uav = (target.velocity() - own_velocity).vector();
+        (target_rel_uav.length_m(), target_rel_uav.vector().dot(&velocity_rel_uav) / target_rel_uav.length_m())
+    };
+    let ((l_m, l_m_s), (r_m, r_m_s)) = (range(&left), range(&right));
+    let both_m = l_m + r_m;
+    let (share, share_1_s) = (r_m / both_m, (r_m_s * l_m - r_m * l_m_s) / (both_m * both_m));
+    let left_rel_right = (left.position() - right.position()).vector();
+    let from_right = left_rel_right * share;
+    let velocity_rel_right = (left.velocity() - right.velocity()).vector() * share + left_rel_right * share_1_s;
+    let look = LookAt {
+        position: right.position() + Displacement::from_m(from_right.x, from_right.y),
+        velocity: right.velocity() + Velocity::from(velocity_rel_right),
+    };
+    (look.position.is_finite() && look.velocity.is_finite()).then_some(look)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::angle::Angle;
+    use crate::time::Duration;
+
+    const UAV: UavState =
+        UavState { position: Position::ORIGIN, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+
+    fn at_deg(distance_m: f64, bearing_deg: f64, velocity: (f64, f64)) -> TargetState {
+        let position = Position::ORIGIN + Displacement::from_polar(distance_m, Angle::from_deg(bearing_deg));
+        TargetState::new(position, Velocity::from_m_s(velocity.0, velocity.1), [0.0, 0.0])
+    }
+
+    /// From 60 to 100 degrees, far and near: the middle is at 80, wherever the centre is between and whoever else is.
+    #[test]
+    fn the_middle_is_half_way_between_the_outermost() {
+        let targets =
+            [at_deg(400.0, 100.0, (0.0, 0.0)), at_deg(300.0, 61.0, (0.0, 0.0)), at_deg(250.0, 60.0, (0.0, 0.0))];
+        for centre_deg in [62.0, 90.0, 130.0] {
+            let centre = at_deg(300.0, centre_deg, (0.0, 0.0)).position();
+            let look = middle(&UAV, centre, targets.into_iter()).unwrap();
+            assert!((look.boresight(UAV.position, Duration::ZERO).rad().to_degrees() - 80.0).abs() < 1e-9);
+        }
+    }
+
+    /// Half a second later, when the UAV has flown 20 m and the targets 5 m, it is still the middle, to a tenth of a
+    /// degree; at the point that stays where it is, it would be two degrees off.
+    #[test]
+    fn the_middle_moves_as_all_do() {
+        let targets = [at_deg(500.0, 110.0, (10.0, 0.0)), at_deg(250.0, 60.0, (0.0, -10.0))];
+        let centre = at_deg(300.0, 85.0, (0.0, 0.0)).position();
+        let look = middle(&UAV, centre, targets.into_iter()).unwrap();
+        let later = UavState { position: Position::from_m(20.0, 0.0), ..UAV };
+        let moved = targets
+            .map(|target| TargetState::new(target.position() + target.velocity() * 0.5, target.velocity(), [0.0, 0.0]));
+        let middle_deg = |uav: &UavState, targets: [TargetState; 2]| {
+            let bearings = targets.map(|target| (target.position() - uav.position).direction().rad().to_degrees());
+            0.5 * (bearings[0] + bearings[1])
+        };
+        let boresight_deg = |look: LookAt| look.boresight(later.position, Duration::from_s(0.5)).rad().to_degrees();
+        let off_deg = boresight_deg(look) - middle_deg(&later, moved);
+        assert!(off_deg.abs() < 0.1, "{off_deg}");
+        let still_deg = boresight_deg(LookAt { velocity: Velocity::ZERO, ..look }) - middle_deg(&later, moved);
+        assert!(still_deg.abs() > 1.0, "{still_deg}");
+    }
+
+    #[test]
+    fn those_all_around_have_no_middle() {
+        let centre = at_deg(100.0, 90.0, (0.0, 0.0)).position();
+        let towards = |bearing_deg| middle(&UAV, centre, [at_deg(100.0, bearing_deg, (0.0, 0.0))].into_iter());
+        assert!(towards(179.0).is_some() && towards(181.0).is_none() && towards(-90.0).is_none());
+        assert!(middle(&UAV, UAV.position, [at_deg(100.0, 0.0, (0.0, 0.0))].into_iter()).is_none());
+        assert!(middle(&UAV, centre, [].into_iter()).is_none());
+    }
+}
