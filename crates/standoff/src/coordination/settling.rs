@@ -23,7 +23,7 @@ use crate::coordination::wanted_centre::WantedCentre;
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
 use crate::smallest_circle::SmallestCircle;
-use crate::team::{Discard, GroupCount, TeamParams};
+use crate::team::{CentreEstimate, Discard, GroupCount, TeamParams};
 use crate::time::{Duration, Time};
 
 /// What outlives an instant beside the memberships.
@@ -195,9 +195,16 @@ impl Settling<'_> {
         self.memberships.set(place, membership);
     }
 
-    /// What the group's orbit needs with a further target, if it has room for it to spare.
+    /// What the group's orbit needs with a further target, if it has room for it to spare, or loses nothing by it: the
+    /// smallest circle stays as it is if another target is inside.
     fn has_room(&self, id: GroupId, further: usize) -> Option<RequiredOrbit> {
-        self.required(self.members(id).chain([further])).filter(|orbit| orbit.leaves_room(&self.params.group))
+        let params = &self.params.group;
+        let required = self.required(self.members(id).chain([further]))?;
+        let is_inside = || {
+            let now = self.required_by(id).map_or(0.0, |now| now.standoff.unclamped_m);
+            params.centre == CentreEstimate::SmallestCircle && required.standoff.unclamped_m <= now * (1.0 + 1e-9)
+        };
+        (required.leaves_room(params) || is_inside()).then_some(required)
     }
 
     /// Who goes first of targets that one orbit cannot hold.

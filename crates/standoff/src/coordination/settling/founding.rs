@@ -180,7 +180,11 @@ impl Settling<'_> {
     fn found(&mut self, places: &[usize]) {
         let id = self.agenda.new_group();
         for place in places {
-            self.memberships.set(*place, Membership::Member(id));
+            // Where groups are formed by need, their UAVs have yet to come: nobody is watched until then.
+            match self.params.group.count {
+                GroupCount::Half => self.memberships.set(*place, Membership::Member(id)),
+                GroupCount::Needed => self.receive(*place, id),
+            }
             self.events.push(Event::of_track(EventKind::Joined, self.track(*place), Some(id)));
         }
         self.tell_of_founding(id, FoundingReason::Unassigned);
