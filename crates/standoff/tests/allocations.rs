@@ -12,7 +12,10 @@ use standoff::*;
 fn a_warm_instant_allocates_nothing() {
     let mut team = Team::new(3, 12);
     let mut agent = team.agents[0].clone();
-    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let mut params = TeamParams::table_1();
+    // One of them by the paper's rules, one by the others.
+    (params.group.centre, params.group.aim) = (CentreEstimate::SmallestCircle, Aim::Middle);
+    let mut fleet = Fleet::new(params).unwrap();
     let mut observed = Vec::new();
     let mut radio = Message::Report(report());
     for tick in 0..40 {

@@ -163,9 +163,13 @@ proptest! {
     /// target has its place, every UAV one group, every group a UAV, a member and an altitude of its own, and never are
     /// there more groups than the rule allows.
     #[test]
-    fn odd_worlds_are_answered(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10) {
-        let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
-        let params = TeamParams::table_1();
+    fn odd_worlds_are_answered(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10, is_new in any::<bool>()) {
+        let mut params = TeamParams::table_1();
+        if is_new {
+            params.group = GroupParams { centre: CentreEstimate::SmallestCircle, aim: Aim::Middle, discard: Discard::Widening, ..params.group };
+            params.guidance.lead = Lead::Predicted;
+        }
+        let mut fleet = Fleet::new(params).unwrap();
         let mut states: Vec<UavState> = (0..uavs).map(|id| UavState {
             position: Position::from_m(400.0 * f64::from(id % 3), -300.0 * f64::from(id / 3)),
             heading: Angle::from_rad(f64::from(id)),
@@ -203,7 +207,7 @@ proptest! {
                 }
             }
             for (index, group) in picture.groups.iter().enumerate() {
-                prop_assert!(group.members > 0 && group.standoff.distance_m.is_finite() && group.margin_m.is_finite());
+                prop_assert!(group.members > 0 && group.spread.rate_m_s.is_finite() && group.standoff.distance_m.is_finite() && group.margin_m.is_finite());
                 prop_assert!((250.0..=700.0).contains(&group.standoff.distance_m));
                 prop_assert!(picture.groups[..index].iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));
                 prop_assert!(team == 0 || picture.crew.iter().any(|duty| duty.group == group.id), "a group without UAVs: {picture:?}");

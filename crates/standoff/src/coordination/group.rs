@@ -176,7 +176,7 @@ impl Group {
                 let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
                 let states = members.map(|index| known[index].estimate().state);
                 let expected = match params.centre {
-                    CentreEstimate::SmallestCircle => circle_in(lead_s, states)?.2,
+                    CentreEstimate::SmallestCircle => circle_in(lead_s, states)?.1,
                     CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
                 };
                 params.standoff.distance(expected, margin_m)
