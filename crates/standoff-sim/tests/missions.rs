@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use standoff::Position;
+use standoff::{Angle, Position};
 use standoff_sim::record::{DetectionRow, Frame, Manifest, Record, Writer};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario, built_in};
@@ -100,6 +100,39 @@ fn determinism_every_uav_has_noise_of_its_own_for_every_target() {
         }
     }
     assert!(compared > 3000, "{compared} compared");
+}
+
+/// Pointed at the middle of a group instead of its centre, a sensor has as much of it on its left as on its right: what
+/// is furthest off the boresight is nearer. Nothing else changes, for all is in view either way.
+#[test]
+fn a_sensor_on_the_middle_has_the_outermost_nearer() {
+    let flown = |aim: &str, seed| {
+        let scenario = load("best/table-2-pair", &[&format!("orbit.aim={aim}")], seed);
+        let frames = frames(&scenario);
+        let (mut lopsided_deg, mut count) = (0.0, 0.0);
+        // The sensors have been pointed from the second instant on.
+        for frame in &frames[1..] {
+            for uav in &frame.uavs {
+                let boresight = Angle::from_rad(uav.boresight_rad.unwrap());
+                let off_deg = frame.truth.iter().map(|target| {
+                    let uav_to_target = Position::from_m(target.x_m, target.y_m) - Position::from_m(uav.x_m, uav.y_m);
+                    (uav_to_target.direction() - boresight).rad().to_degrees()
+                });
+                let (left_deg, right_deg) = (off_deg.clone().fold(-180.0, f64::max), off_deg.fold(180.0, f64::min));
+                lopsided_deg += (left_deg + right_deg).abs();
+                count += 1.0;
+            }
+        }
+        (score(&scenario, &frames), lopsided_deg / count)
+    };
+    for seed in 1..=3 {
+        let ((centre, centre_lopsided_deg), (middle, middle_lopsided_deg)) =
+            (flown("centre", seed), flown("middle", seed));
+        assert_eq!(middle.position_error_m, centre.position_error_m);
+        assert!(centre_lopsided_deg > 3.5 && middle_lopsided_deg < 1.5, "{centre_lopsided_deg} {middle_lopsided_deg}");
+        assert!(middle.line_of_sight_deg.unwrap() < centre.line_of_sight_deg.unwrap() - 1.0);
+        assert!(middle.line_of_sight_max_deg.unwrap() < centre.line_of_sight_max_deg.unwrap() - 2.0);
+    }
 }
 
 #[test]
