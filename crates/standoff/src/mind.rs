@@ -2,12 +2,14 @@
 
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
+use crate::coordination::memberships::Known;
 use crate::frame::{Position, Velocity};
 use crate::guidance::aim::middle;
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::inbox::Inbox;
+use crate::math::PI;
 use crate::message::{Message, Scan};
 use crate::param::ParamError;
 use crate::picture::{News, Picture, Scratch};
@@ -242,15 +244,20 @@ impl Mind {
     }
 
     /// The group's centre, or the middle of its members; without a group, where something was last known to be.
-    fn look_at(&self, id: UavId, own: &UavState, group: Option<&Group>) -> Option<LookAt> {
-        let Some(group) = group else { return self.nearest_known(id, own) };
+    fn look_at(&self, id: UavId, uav: &UavState, group: Option<&Group>) -> Option<LookAt> {
+        let Some(group) = group else { return self.nearest_known(id, uav) };
         let centre = group.centre.estimate().state;
         let centre = LookAt { position: centre.position(), velocity: centre.velocity() };
-        let members = self.picture().members_of(group.id).map(|known| known.estimate().state);
-        match self.params.group.aim {
-            Aim::Centre => Some(centre),
-            Aim::Middle => middle(own, centre.position, members).or(Some(centre)),
+        if self.params.group.aim == Aim::Centre {
+            return Some(centre);
         }
+        let members = self.picture().members_of(group.id);
+        let own = members.clone().filter(|known| known.membership.group() == Some(group.id));
+        let state = |known: &Known| known.estimate().state;
+        // Whose view is its duty comes before who is on the way, until the orbit has made room for all.
+        middle(uav, centre.position, members.map(state), self.params.track.sensor.field_of_view_rad)
+            .or_else(|| middle(uav, centre.position, own.map(state), PI))
+            .or(Some(centre))
     }
 
     /// The nearest track, a lost one where it was lost if there are no others; `None` for a UAV that the team does not

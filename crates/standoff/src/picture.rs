@@ -74,7 +74,7 @@ impl Picture {
     }
 
     /// The members of a group, those in dwell to or from it included.
-    pub(crate) fn members_of(&self, group: GroupId) -> impl Iterator<Item = &Known> {
+    pub(crate) fn members_of(&self, group: GroupId) -> impl Iterator<Item = &Known> + Clone {
         self.memberships.of(group).map(|place| &self.known()[place])
     }
 

@@ -9,13 +9,20 @@
 //! ```
 
 use crate::frame::{Displacement, Position, Velocity};
+use crate::math;
 use crate::step::LookAt;
 use crate::target::TargetState;
 use crate::uav::UavState;
 
 /// The middle of the angular extent of targets, seen from a UAV, as a point that moves as the targets and the UAV do.
-/// `None` if one of them is not ahead of a UAV that looks towards their `centre`: then they have no middle.
-pub(crate) fn middle(uav: &UavState, centre: Position, targets: impl Iterator<Item = TargetState>) -> Option<LookAt> {
+/// `None` if the extent is wider than `widest_rad`, or one of them is not ahead of a UAV that looks towards their
+/// `centre`: then they have no middle.
+pub(crate) fn middle(
+    uav: &UavState,
+    centre: Position,
+    targets: impl Iterator<Item = TargetState>,
+    widest_rad: f64,
+) -> Option<LookAt> {
     let towards = (centre - uav.position).vector();
     // Tangent of the angle off the centre, anticlockwise; the target.
     let mut outermost: Option<[(f64, TargetState); 2]> = None;
@@ -30,6 +37,10 @@ pub(crate) fn middle(uav: &UavState, centre: Position, targets: impl Iterator<It
         outermost = Some([if one.0 < right.0 { one } else { right }, if one.0 > left.0 { one } else { left }]);
     }
     let [(_, right), (_, left)] = outermost?;
+    let [right_rel_uav, left_rel_uav] = [right, left].map(|target| (target.position() - uav.position).vector());
+    if math::atan2(right_rel_uav.perp(&left_rel_uav), right_rel_uav.dot(&left_rel_uav)) > widest_rad {
+        return None;
+    }
     let own_velocity = Velocity::from_polar(uav.speed_m_s, uav.heading);
     let range = |target: &TargetState| {
         let target_rel_uav = target.position() - uav.position;
@@ -70,8 +81,10 @@ mod tests {
             [at_deg(400.0, 100.0, (0.0, 0.0)), at_deg(300.0, 61.0, (0.0, 0.0)), at_deg(250.0, 60.0, (0.0, 0.0))];
         for centre_deg in [62.0, 90.0, 130.0] {
             let centre = at_deg(300.0, centre_deg, (0.0, 0.0)).position();
-            let look = middle(&UAV, centre, targets.into_iter()).unwrap();
+            let look = middle(&UAV, centre, targets.into_iter(), math::PI).unwrap();
             assert!((look.boresight(UAV.position, Duration::ZERO).rad().to_degrees() - 80.0).abs() < 1e-9);
+            let of = |widest_deg: f64| middle(&UAV, centre, targets.into_iter(), widest_deg.to_radians());
+            assert_eq!((of(40.1), of(39.9)), (Some(look), None));
         }
     }
 
@@ -81,7 +94,7 @@ mod tests {
     fn the_middle_moves_as_all_do() {
         let targets = [at_deg(500.0, 110.0, (10.0, 0.0)), at_deg(250.0, 60.0, (0.0, -10.0))];
         let centre = at_deg(300.0, 85.0, (0.0, 0.0)).position();
-        let look = middle(&UAV, centre, targets.into_iter()).unwrap();
+        let look = middle(&UAV, centre, targets.into_iter(), math::PI).unwrap();
         let later = UavState { position: Position::from_m(20.0, 0.0), ..UAV };
         let moved = targets
             .map(|target| TargetState::new(target.position() + target.velocity() * 0.5, target.velocity(), [0.0, 0.0]));
@@ -99,9 +112,10 @@ mod tests {
     #[test]
     fn those_all_around_have_no_middle() {
         let centre = at_deg(100.0, 90.0, (0.0, 0.0)).position();
-        let towards = |bearing_deg| middle(&UAV, centre, [at_deg(100.0, bearing_deg, (0.0, 0.0))].into_iter());
+        let towards =
+            |bearing_deg| middle(&UAV, centre, [at_deg(100.0, bearing_deg, (0.0, 0.0))].into_iter(), math::PI);
         assert!(towards(179.0).is_some() && towards(181.0).is_none() && towards(-90.0).is_none());
-        assert!(middle(&UAV, UAV.position, [at_deg(100.0, 0.0, (0.0, 0.0))].into_iter()).is_none());
-        assert!(middle(&UAV, centre, [].into_iter()).is_none());
+        assert!(middle(&UAV, UAV.position, [at_deg(100.0, 0.0, (0.0, 0.0))].into_iter(), math::PI).is_none());
+        assert!(middle(&UAV, centre, [].into_iter(), math::PI).is_none());
     }
 }
