@@ -106,6 +106,43 @@ fn the_margin_is_so_many_standard_deviations_along_the_line_to_the_furthest() {
     assert!((group.standoff.unclamped_m - 2.0 * (75.0 + 20.0)).abs() < 1e-9, "{:?}", group.standoff);
 }
 
+/// Two straight ahead, and one on its way into their group so far to the left that with it the extent is 74 degrees: a
+/// sensor of 70 degrees stays on the two whose view is its duty, one of 90 degrees takes all three in, from -4 to 70.
+#[test]
+fn who_is_in_the_group_stays_in_view_until_there_is_room_for_who_is_on_the_way() {
+    let looks_deg = |field_of_view_deg: f64| {
+        let mut params = TeamParams::table_1();
+        (params.group.centre, params.group.aim) = (CentreEstimate::SmallestCircle, Aim::Middle);
+        params.track.sensor.field_of_view_rad = field_of_view_deg.to_radians();
+        params.group.standoff.field_of_view_rad = params.track.sensor.field_of_view_rad;
+        let mut agent = Agent::new(UavId(0), params).unwrap();
+        let position = Position::from_m(-300.0, 0.0);
+        let own = UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+        let cue = |id, time, x_m, y_m| {
+            let (position, velocity) = (Position::from_m(x_m, y_m), Velocity::ZERO);
+            Message::Cue(Cue {
+                label: TargetLabel(id),
+                time,
+                position,
+                velocity,
+                position_sd_m: 5.0,
+                velocity_sd_m_s: 1.0,
+            })
+        };
+        let start = Time::START;
+        step(&mut agent, start, &own, Scan::default(), &[cue(0, start, 0.0, 20.0), cue(1, start, 0.0, -20.0)]);
+        let next = Time::from_us(500_000);
+        let step = step(&mut agent, next, &own, Scan::default(), &[cue(2, next, -200.0, 280.0)]);
+        let known = agent.picture().find(TrackId(2)).unwrap();
+        assert!(known.membership.group().is_none() && known.membership.receiving_group().is_some(), "{known:?}");
+        step.look_at.unwrap().boresight(own.position, Duration::ZERO).rad().to_degrees()
+    };
+    assert!(looks_deg(70.0).abs() < 1e-9, "{}", looks_deg(70.0));
+    // Half of what the two bearings add up to.
+    let middle_deg = 0.5 * (280.0f64.atan2(100.0) + (-20.0f64).atan2(300.0)).to_degrees();
+    assert!((looks_deg(90.0) - middle_deg).abs() < 1e-9, "{} {middle_deg}", looks_deg(90.0));
+}
+
 /// The groups fly at altitudes of their own.
 #[test]
 fn each_group_has_its_own_altitude() {

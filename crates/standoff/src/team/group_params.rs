@@ -54,8 +54,8 @@ pub enum Aim {
     /// The group's centre.
     #[default]
     Centre,
-    /// The middle of the members' angular extent as the UAV sees them, those in dwell included: so the worst of them is
-    /// least far off the boresight. The centre for a UAV among them.
+    /// The middle of the members' angular extent as the UAV sees them: so the worst of them is least far off the boresight.
+    /// Those on their way into the group count once all fit into the field of view. The centre for a UAV among them.
     Middle,
 }
 
