@@ -79,11 +79,11 @@ impl SmallestCircle {
                 }
             }
             let (distance_m, place) = (furthest.0.sqrt(), furthest.1);
-            let wider = circle.widened(place);
-            if distance_m <= circle.radius_m * EQUAL || wider.radius_m <= circle.radius_m {
-                return Some(Self { radius_m: distance_m, ..circle });
+            let is_outside = distance_m > circle.radius_m * EQUAL;
+            match is_outside.then(|| circle.widened(place)) {
+                Some(wider) if wider.radius_m > circle.radius_m => circle = wider,
+                _ => return Some(Self { radius_m: distance_m, ..circle }),
             }
-            circle = wider;
         }
     }
 

@@ -139,7 +139,7 @@ fn who_is_in_the_group_stays_in_view_until_there_is_room_for_who_is_on_the_way()
     };
     assert!(looks_deg(70.0).abs() < 1e-9, "{}", looks_deg(70.0));
     // Half of what the two bearings add up to.
-    let middle_deg = 0.5 * (280.0f64.atan2(100.0) + (-20.0f64).atan2(300.0)).to_degrees();
+    let middle_deg = 0.5 * (math::atan2(280.0, 100.0) + math::atan2(-20.0, 300.0)).to_degrees();
     assert!((looks_deg(90.0) - middle_deg).abs() < 1e-9, "{} {middle_deg}", looks_deg(90.0));
 }
 
