@@ -112,8 +112,9 @@ pub(crate) fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
     };
     let told = Metrics::ABOUT.iter().filter(|about| !untold(&about.name));
     let lines = told.filter_map(line);
-    // That there is nothing manoeuvring, or no model, needs no row.
-    lines.filter(|line| line.value.is_some() || !line.metric.starts_with("anees_")).collect()
+    // That nothing manoeuvres, or nothing was lost, needs no row.
+    let needs_none = |metric: &str| ["anees_", "refound_", "refind_"].iter().any(|start| metric.starts_with(start));
+    lines.filter(|line| line.value.is_some() || !needs_none(line.metric)).collect()
 }
 
 impl Outcome {

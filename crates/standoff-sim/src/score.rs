@@ -1,6 +1,9 @@
 //! Scores of a run, from its record alone: frame by frame, in bounded memory. `docs/metrics.md` defines each.
 
 mod bound;
+mod calm;
+#[cfg(test)]
+mod fixtures;
 mod innovation;
 mod judged;
 mod mean;
@@ -18,6 +21,7 @@ use crate::geometry::{
     track_of,
 };
 use bound::Bound;
+use calm::Calm;
 use innovation::Innovations;
 use mean::Mean;
 use surprise::Surprises;
@@ -39,6 +43,7 @@ struct Wanted {
     line_of_sight: bool,
     tallies: bool,
     limits: bool,
+    calm: bool,
     coverage: bool,
     events: bool,
 }
@@ -63,12 +68,15 @@ impl Wanted {
                 "watched_fraction",
                 "seen_fraction",
                 "longest_gap_s",
+                "refound_fraction",
+                "refind_time_s",
                 "out_of_view_fraction",
                 "out_of_view_longest_s",
                 "anees_quiet",
                 "anees_manoeuvring",
             ]),
             limits: choice.wants(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
+            calm: choice.wants(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
             coverage: choice.wants(&["uncovered_fraction"]),
             events: choice.wants(&["handoffs", "discards"]),
         }
@@ -98,6 +106,7 @@ pub struct Scorer {
     wanted: Wanted,
     so_far: SoFar,
     tallies: Tallies,
+    calm: Calm,
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     surprises: Option<Surprises>,
@@ -141,6 +150,7 @@ impl Scorer {
             wanted: Wanted::of(choice),
             so_far: SoFar::default(),
             tallies: Tallies::default(),
+            calm: Calm::default(),
             bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
             innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
             surprises: choice
@@ -183,6 +193,9 @@ impl Scorer {
                 self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
             }
         }
+        if wanted.calm {
+            self.calm.frame(frame);
+        }
         if wanted.coverage {
             for truth in &frame.truth {
                 let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
@@ -209,12 +222,14 @@ impl Scorer {
     pub fn metrics(&self) -> Metrics {
         let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
         let period_s = self.rules.period_s;
-        let Sums { watched, seen, unseen, longest_gap, longest_streak } = self.tallies.sums();
+        let Sums { watched, seen, unseen, longest_gap, longest_streak, refound, refind } = self.tallies.sums();
         let [quiet, manoeuvring] = self.tallies.consistency(&self.rules.manoeuvring);
         Metrics {
             watched_fraction: watched.value(),
             seen_fraction: seen.value(),
             longest_gap_s: seen.value().map(|_| longest_gap as f64 * period_s),
+            refound_fraction: refound.value(),
+            refind_time_s: refind.value().map(|instants| instants * period_s),
             position_error_m: self.so_far.position.value(),
             velocity_error_m_s: self.so_far.velocity.value(),
             position_error_all_m: self.so_far.position_all.value(),
@@ -231,6 +246,9 @@ impl Scorer {
             uncovered_fraction: self.so_far.uncovered.value(),
             infeasible_fraction: self.so_far.infeasible.value(),
             turn_rate_saturated_fraction: self.so_far.saturated.value(),
+            speed_saturated_fraction: self.calm.speed_saturated.value(),
+            turn_reversals_per_min: self.calm.reversals_per_min(period_s),
+            reassignments_per_uav_min: self.calm.reassignments_per_min(period_s),
             separation_min_m: self.so_far.separation_min_m,
             separation_min_layer_m: self.so_far.separation_min_layer_m,
             separation_min_group_m: self.so_far.separation_min_group_m,
@@ -458,6 +476,8 @@ mod tests {
             "seen_fraction",
             "longest_gap_s",
             "turn_rate_saturated_fraction",
+            "speed_saturated_fraction",
+            "turn_reversals_per_min",
             "separation_min_m",
             "separation_min_layer_m",
         ];

@@ -23,17 +23,24 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
     let sensor = &settings.team.track.sensor;
     let half_deg = 0.5 * sensor.field_of_view_rad.to_degrees();
     match metric {
-        "watched_fraction" | "seen_fraction" => "goal 100".to_owned(),
+        "watched_fraction" | "seen_fraction" | "refound_fraction" => "goal 100".to_owned(),
         "line_of_sight_deg" | "line_of_sight_max_deg" => format!("limit {half_deg:.0}: half the field of view"),
         "position_error_m" => {
             let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
             format!("small (one scan: {range_m} m, {bearing_deg:.0} deg)")
         }
-        "velocity_error_m_s" => "small".to_owned(),
+        "velocity_error_m_s" | "refind_time_s" | "turn_reversals_per_min" | "reassignments_per_uav_min" => {
+            "small".to_owned()
+        }
         "separation_min_m" => "altitudes may differ".to_owned(),
         "separation_min_layer_m" => format!("limit {CLOSE_M:.0}: two at one altitude"),
         "turn_rate_saturated_fraction" => {
             format!("small; the limit is {:.2} rad/s", settings.team.uav.turn_rate_max_rad_s)
+        }
+        "speed_saturated_fraction" => {
+            let uav = &settings.team.uav;
+            let bounds_m_s = [-1.0, 1.0].map(|sign| uav.speed_m_s + sign * uav.speed_change_max_m_s);
+            format!("small; the limits are {} and {} m/s", bounds_m_s[0], bounds_m_s[1])
         }
         "anees" | "anees_quiet" | "anees_manoeuvring" | "nis" => "goal 1".to_owned(),
         "position_bound_ratio" | "velocity_bound_ratio" => "bound 1".to_owned(),

@@ -151,6 +151,7 @@ mod tests {
     use super::*;
     use crate::frame::{DetectionRow, Place, TrackStatus, UavRow};
     use crate::scenario::{CueError, Edits, Noise, Scenario};
+    use crate::score::fixtures::uav_row;
     use standoff::{Angle, Displacement, TargetParams};
 
     /// Table I's sensor, cues of 20 m and 2 m/s, and targets that follow the model.
@@ -203,34 +204,11 @@ mod tests {
         };
         for (uav, (range_m, phase_rad)) in (0..).zip(ranges_and_phases) {
             let at = Displacement::from_polar(*range_m, Angle::from_rad(*phase_rad));
-            frame.uavs.push(UavRow { uav, x_m: at.x_m(), y_m: at.y_m(), ..UAV });
+            frame.uavs.push(UavRow { x_m: at.x_m(), y_m: at.y_m(), ..uav_row(uav) });
             frame.detections.push(DetectionRow { uav, target: 0, range_m: *range_m, bearing_rad: 0.0 });
         }
         frame
     }
-
-    const UAV: UavRow = UavRow {
-        uav: 0,
-        group: Some(0),
-        x_m: 0.0,
-        y_m: 0.0,
-        heading_rad: 0.0,
-        speed_m_s: 40.0,
-        turn_rate_rad_s: 0.0,
-        boresight_rad: None,
-        speed_command_m_s: 40.0,
-        turn_rate_command_rad_s: 0.0,
-        speed_limited: false,
-        turn_rate_limited: false,
-        centre_distance_m: None,
-        phase_rad: None,
-        steered_distance_m: None,
-        desired_heading_rad: None,
-        feedforward_rad_s: None,
-        convergence_threshold_m2_s: None,
-        centre_too_fast: false,
-        altitude_m: None,
-    };
 
     /// The bound's position and velocity, root of the mean over 1,200 scans from an orbit at 40 m/s, once settled; UAVs a
     /// right angle apart.

@@ -29,12 +29,13 @@ pub struct About {
 }
 
 /// By the end of a metric's name, the longer first: the unit in which it is shown, and the factor into it.
-const UNITS: [(&str, &str, f64); 8] = [
+const UNITS: [(&str, &str, f64); 9] = [
     ("_m2_s2", "m\u{b2}/s\u{b2}", 1.0),
     ("_m_s", "m/s", 1.0),
     ("_m2", "m\u{b2}", 1.0),
     ("_deg", "\u{b0}", 1.0),
     ("_fraction", "%", 100.0),
+    ("_min", "1/min", 1.0),
     ("_m", "m", 1.0),
     ("_s", "s", 1.0),
     ("", "", 1.0),
@@ -121,6 +122,10 @@ metrics! {
         seen_fraction: f64, "time of targets in some UAV's view, group or not", SMALL, 0.01, NOTHING;
         /// Longest time without a break that an existing target was in no view, s.
         longest_gap_s: f64, "longest time of a target in no view", LARGE, 1.0, NOTHING;
+        /// Share of the losses of targets that had been watched after which one was watched again, 0 to 1.
+        refound_fraction: f64, "losses of watched targets that were found again", SMALL, 0.02, BOTH;
+        /// Mean time from such a loss until the target is watched again, of those found, s.
+        refind_time_s: f64, "time until lost targets are found again", LARGE, 5.0, BOTH;
         /// Estimated against true position of group members, m.
         position_error_m: f64, "position error", LARGE, 0.1, BOTH;
         /// Estimated against true velocity of group members, m/s.
@@ -153,6 +158,12 @@ metrics! {
         infeasible_fraction: f64, "time without a feasible orbit", LARGE, 0.01, GROUPS;
         /// Share of UAV-time with the turn rate at its limit, 0 to 1.
         turn_rate_saturated_fraction: f64, "time with turn rate at its limit", LARGE, 0.01, NOTHING;
+        /// Share of UAV-time, with a pointed sensor, in which the law asks for a speed outside the limits, 0 to 1.
+        speed_saturated_fraction: f64, "time with speed at a limit", LARGE, 0.01, NOTHING;
+        /// Turns the other way per UAV and minute.
+        turn_reversals_per_min: f64, "turns the other way, per UAV and minute", LARGE, 0.5, NOTHING;
+        /// Changes of group per UAV and minute.
+        reassignments_per_uav_min: f64, "calls to another group, per UAV and minute", LARGE, 0.05, GROUPS;
         /// Smallest horizontal distance between any two UAVs, m.
         separation_min_m: f64, "smallest separation of two UAVs", SMALL, 10.0, NOTHING;
         /// The same of two at one altitude, m.

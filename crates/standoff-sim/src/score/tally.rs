@@ -40,9 +40,25 @@ struct Tally {
     streak: u64,
     streak_until: u64,
     longest_streak: u64,
+    keeping: Keeping,
+    /// Times that it was lost, and of them those after which it was found: how many instants later, summed.
+    losses: u64,
+    found: Mean,
     /// Of the estimates while it was a member.
     position_m: Mean,
     nees: Mean,
+}
+
+/// Whether the team has a target, which begins and ends with its being watched: a member of a group, and in view.
+#[derive(Debug, Clone, Copy, Default)]
+enum Keeping {
+    /// Not watched yet: nobody can lose it.
+    #[default]
+    Never,
+    /// Watched, and since then in view or in a group at least.
+    Kept,
+    /// In no group and in no view, and not watched since, for so many instants.
+    Lost(u64),
 }
 
 /// What all targets come to.
@@ -54,6 +70,10 @@ pub(super) struct Sums {
     /// Instants in a row.
     pub(super) longest_gap: u64,
     pub(super) longest_streak: u64,
+    /// Losses after which a target was found, of all.
+    pub(super) refound: Mean,
+    /// Instants from a loss until it was.
+    pub(super) refind: Mean,
 }
 
 /// How one target fared, as the metrics of the same names.
@@ -118,6 +138,8 @@ impl Tallies {
             sums.watched = sums.watched.and(share(tally.watched, tally.instants));
             sums.seen = sums.seen.and(share(tally.seen, tally.instants));
             sums.unseen = sums.unseen.and(share(tally.unseen, tally.member));
+            sums.refound = sums.refound.and(share(tally.found.n, tally.losses));
+            sums.refind = sums.refind.and(tally.found);
             sums.longest_gap = sums.longest_gap.max(tally.longest_gap);
             sums.longest_streak = sums.longest_streak.max(tally.longest_streak);
         }
@@ -162,6 +184,26 @@ impl Tally {
         self.watched += u64::from(is_seen && is_member);
         self.gap = if is_seen { 0 } else { self.gap + 1 };
         self.longest_gap = self.longest_gap.max(self.gap);
+        self.keep(is_seen, is_member);
+    }
+
+    /// Track life has no say in this: neither a track that is kept for ever nor one that is forgotten changes a number.
+    fn keep(&mut self, is_seen: bool, is_member: bool) {
+        if let Keeping::Lost(instants) = &mut self.keeping {
+            *instants += 1;
+        }
+        match (self.keeping, is_seen, is_member) {
+            (Keeping::Lost(instants), true, true) => {
+                self.found.add(instants as f64);
+                self.keeping = Keeping::Kept;
+            }
+            (Keeping::Never, true, true) => self.keeping = Keeping::Kept,
+            (Keeping::Kept, false, false) => {
+                self.losses += 1;
+                self.keeping = Keeping::Lost(0);
+            }
+            _ => {}
+        }
     }
 
     fn duty(&mut self, is_seen: bool, frame: u64) {
@@ -173,5 +215,86 @@ impl Tally {
             self.streak_until = frame;
             self.longest_streak = self.longest_streak.max(self.streak);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Edits, Scenario};
+    use crate::score::fixtures::{track_row, truth_row, uav_row};
+
+    /// What becomes of a target at an instant.
+    #[derive(Clone, Copy)]
+    enum At {
+        /// In a group or not, in view or not.
+        There(bool, bool),
+        /// It has no track.
+        Trackless(bool),
+        Gone,
+    }
+    use At::{Gone, There, Trackless};
+
+    const WATCHED: At = There(true, true);
+    const UNSEEN_MEMBER: At = There(true, false);
+    const SEEN_OUTSIDE: At = There(false, true);
+    const LOST: At = There(false, false);
+
+    /// The UAV looks east: what is to the west is not in its view.
+    fn sums(courses: &[&[At]]) -> Sums {
+        let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap();
+        let sensor = scenario.settings.team.track.sensor;
+        let mut tallies = Tallies::default();
+        for instant in 0..courses[0].len() {
+            let mut frame = Frame { uavs: vec![uav_row(0)], ..Frame::default() };
+            for (target, course) in (0..).zip(courses) {
+                let place = |is_seen: bool| truth_row(target, if is_seen { 100.0 } else { -100.0 }, 0.0);
+                match course[instant] {
+                    There(is_member, is_seen) => {
+                        frame.truth.push(place(is_seen));
+                        frame.tracks.push(track_row(target, is_member.then_some(0)));
+                    }
+                    Trackless(is_seen) => frame.truth.push(place(is_seen)),
+                    Gone => {}
+                }
+            }
+            tallies.frame(&sensor, &frame);
+        }
+        tallies.sums()
+    }
+
+    fn found(courses: &[&[At]]) -> (Option<f64>, Option<f64>) {
+        let sums = sums(courses);
+        (sums.refound.value(), sums.refind.value())
+    }
+
+    /// Watched, lost at the fourth instant, found at the seventh, lost again at the ninth to the end; the first instant is
+    /// that of the cue. One of two losses is found, after three instants.
+    #[test]
+    fn a_watched_target_in_no_group_and_no_view_is_lost_until_it_is_watched() {
+        let course = [WATCHED, WATCHED, UNSEEN_MEMBER, LOST, LOST, SEEN_OUTSIDE, WATCHED, SEEN_OUTSIDE, LOST, LOST];
+        assert_eq!(found(&[&course]), (Some(0.5), Some(3.0)));
+        // Another that is found after one instant: two of three, (3 + 1) / 2 instants.
+        let other = [WATCHED, WATCHED, LOST, WATCHED, WATCHED, WATCHED, WATCHED, WATCHED, WATCHED, WATCHED];
+        assert_eq!(found(&[&course, &other]), (Some(2.0 / 3.0), Some(2.0)));
+    }
+
+    /// Who was never watched cannot be lost; who was, and is in a group or in view, is not.
+    #[test]
+    fn what_was_never_watched_or_is_kept_is_not_lost() {
+        assert_eq!(found(&[&[LOST, LOST, UNSEEN_MEMBER, LOST, SEEN_OUTSIDE, LOST]]), (None, None));
+        assert_eq!(found(&[&[WATCHED, WATCHED, UNSEEN_MEMBER, SEEN_OUTSIDE, UNSEEN_MEMBER]]), (None, None));
+        assert_eq!(found(&[&[WATCHED, WATCHED, LOST, LOST]]), (Some(0.0), None));
+    }
+
+    /// A track that is forgotten changes nothing, and neither does time in which the target does not exist; a target that
+    /// leaves while it is watched is not lost, and one that leaves while it is lost is not found.
+    #[test]
+    fn neither_forgetting_nor_leaving_flatters() {
+        let gone = Trackless(false);
+        assert_eq!(found(&[&[WATCHED, WATCHED, gone, gone, Trackless(true), WATCHED]]), (Some(1.0), Some(3.0)));
+        assert_eq!(found(&[&[WATCHED, WATCHED, LOST, Gone, Gone, LOST, WATCHED]]), (Some(1.0), Some(2.0)));
+        assert_eq!(found(&[&[WATCHED, WATCHED, Gone, Gone]]), (None, None));
+        assert_eq!(found(&[&[WATCHED, WATCHED, LOST, Gone]]), (Some(0.0), None));
     }
 }
