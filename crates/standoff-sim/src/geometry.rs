@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use standoff::math::{self, TAU};
-use standoff::{Angle, Position, SensorParams};
+use standoff::{Angle, CentreEstimate, Position, SensorParams, SmallestCircle};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
@@ -30,14 +30,14 @@ impl<'a> Geometry<'a> {
         angle_rad
     }
 
-    /// Distance from a group's estimated centre to the true centroid of the targets on its orbit, those in dwell
-    /// included, m. `None` where one of them does not exist: the estimate is of all of them.
+    /// Distance from a group's estimated centre to the true one, by the rule flown, of the targets on its orbit, those in
+    /// dwell included, m. `None` where one of them does not exist: the estimate is of all of them.
     #[must_use]
-    pub fn centre_error_m(&self, group: &GroupRow) -> Option<f64> {
+    pub fn centre_error_m(&self, group: &GroupRow, rule: CentreEstimate) -> Option<f64> {
         let is_on = |track: &&TrackRow| [track.group, track.to_group].contains(&Some(group.group));
         let truths = self.on_orbit(group.group);
         let is_whole = truths.len() == self.frame.tracks.iter().filter(is_on).count();
-        Some(centroid(&truths).filter(|_| is_whole)?.distance_m(centre(group)))
+        Some(true_centre(rule, &truths).filter(|_| is_whole)?.distance_m(centre(group)))
     }
 
     /// Distance of a target's estimated from its true position, m; `None` of one that does not exist.
@@ -152,7 +152,15 @@ pub(crate) fn position_error_m(track: &TrackRow, truth: &TruthRow) -> f64 {
     Position::from_m(track.state[0], track.state[3]).distance_m(position(truth))
 }
 
-pub(crate) fn centroid(positions: &[Position]) -> Option<Position> {
+/// Where the centre of an orbit about targets should be; `None` for no targets.
+pub(crate) fn true_centre(rule: CentreEstimate, targets: &[Position]) -> Option<Position> {
+    match rule {
+        CentreEstimate::Filtered | CentreEstimate::Centroid => centroid(targets),
+        CentreEstimate::SmallestCircle => SmallestCircle::of(targets.iter().copied()).map(|circle| circle.centre),
+    }
+}
+
+fn centroid(positions: &[Position]) -> Option<Position> {
     let n = positions.len() as f64;
     let sum = positions.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
     (!positions.is_empty()).then(|| Position::from_m(sum.0 / n, sum.1 / n))
@@ -231,7 +239,7 @@ mod tests {
             let places = geometry.on_orbit(group.group);
             let mean_m = |of: fn(&Position) -> f64| places.iter().map(of).sum::<f64>() / places.len() as f64;
             let off = Position::from_m(mean_m(|at| at.x_m()), mean_m(|at| at.y_m())) - centre(group);
-            assert!((geometry.centre_error_m(group).unwrap() - off.length_m()).abs() < 1e-9);
+            assert!((geometry.centre_error_m(group, CentreEstimate::Centroid).unwrap() - off.length_m()).abs() < 1e-9);
         }
         let receiving = |uav: &&UavRow| uav.group == track.to_group;
         let uav = frame.uavs.iter().find(receiving).unwrap();
@@ -247,11 +255,12 @@ mod tests {
         let (_, frames) = flown("paper/table-2-pair");
         let mut frame = frames[100].clone();
         let (uav, group) = (frame.uavs[0], frame.groups[0]);
-        assert!(Geometry::of(&frame).centre_error_m(&group).is_some());
+        let rule = CentreEstimate::Centroid;
+        assert!(Geometry::of(&frame).centre_error_m(&group, rule).is_some());
         let (gone, track) = (frame.truth.remove(0).target, frame.tracks[0]);
         assert_eq!(gone, track.target);
         let geometry = Geometry::of(&frame);
-        assert_eq!((geometry.centre_error_m(&group), geometry.position_error_m(&track)), (None, None));
+        assert_eq!((geometry.centre_error_m(&group, rule), geometry.position_error_m(&track)), (None, None));
         assert!(geometry.line_of_sight_rad(&uav).is_some() && geometry.position_error_m(&frame.tracks[1]).is_some());
         frame.truth.clear();
         assert_eq!(Geometry::of(&frame).line_of_sight_rad(&uav), None);

@@ -17,8 +17,7 @@ use standoff::{Covariance, Displacement, Position, math};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::geometry::{
-    Known, at, centre, centroid, existing, group_of, lines_of_sight_rad, off_orbit_m, on_orbit, position_error_m,
-    track_of,
+    Known, at, centre, existing, group_of, lines_of_sight_rad, off_orbit_m, on_orbit, position_error_m, track_of,
 };
 use bound::Bound;
 use calm::Calm;
@@ -115,7 +114,7 @@ pub struct Scorer {
     /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
     crew: Vec<Position>,
     members: Vec<Position>,
-    from_centroid: Vec<Displacement>,
+    from_centre: Vec<Displacement>,
 }
 
 /// What the frames have come to, for the metrics of these names.
@@ -159,7 +158,7 @@ impl Scorer {
             known: Vec::new(),
             crew: Vec::new(),
             members: Vec::new(),
-            from_centroid: Vec::new(),
+            from_centre: Vec::new(),
             rules,
         }
     }
@@ -318,18 +317,17 @@ impl Scorer {
 
         self.members.clear();
         self.members.extend(on_orbit(&self.known, group.group));
-        let Some(centroid) = centroid(&self.members) else { return };
-        let standoff_m = self.rules.standoff_m(&self.members, centroid, 0.0);
+        let Some((centre, standoff_m)) = self.rules.orbit(&self.members) else { return };
         for uav in &self.crew {
-            let error_m = off_orbit_m(*uav, centroid, standoff_m).abs();
+            let error_m = off_orbit_m(*uav, centre, standoff_m).abs();
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
             }
         }
-        self.from_centroid.clear();
-        self.from_centroid.extend(self.crew.iter().map(|uav| *uav - centroid));
-        if let Some(error_deg) = phase_error_deg(&self.from_centroid, self.rules.separation_rad) {
+        self.from_centre.clear();
+        self.from_centre.extend(self.crew.iter().map(|uav| *uav - centre));
+        if let Some(error_deg) = phase_error_deg(&self.from_centre, self.rules.separation_rad) {
             self.so_far.phase_deg.add(error_deg);
         }
     }
@@ -422,11 +420,48 @@ mod tests {
     use crate::frame::Reported;
     use crate::run::Mission;
     use crate::scenario::{Edits, Scenario};
+    use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
+    use standoff::CentreEstimate;
 
     fn score(rules: &Rules, frames: &[Frame]) -> Metrics {
         let mut scorer = Scorer::new(rules.clone(), Choice::ALL);
         frames.iter().for_each(|frame| scorer.frame(frame));
         scorer.metrics()
+    }
+
+    /// The smallest circle about these four is held by the second and third: its centre is (160, 120) m, its radius 200 m.
+    /// Their centroid is (90, 70) m, and the second is 100 sqrt(5.78) m from it. Two UAVs are 500 m east and north of the
+    /// circle's centre, a right angle apart, as they should be.
+    #[test]
+    fn orbits_are_judged_about_the_centre_by_the_rule_flown() {
+        let rules = Rules { centre: CentreEstimate::SmallestCircle, separation_rad: math::PI / 2.0, ..flown().0 };
+        let places_m = [(0.0, 0.0), (320.0, 0.0), (0.0, 240.0), (40.0, 40.0)];
+        let mut frame = Frame { time_us: 100_000_000, ..Frame::default() };
+        frame.truth.extend((0..).zip(places_m).map(|(target, (x_m, y_m))| truth_row(target, x_m, y_m)));
+        frame.tracks.extend((0..4).map(|target| track_row(target, Some(0))));
+        frame.groups.push(GroupRow { x_m: 160.0, y_m: 123.0, ..group_row(0) });
+        let uav = |uav: u32, x_m: f64, y_m: f64| UavRow { x_m, y_m, ..uav_row(uav) };
+        frame.uavs.extend([uav(0, 660.0, 120.0), uav(1, 160.0, 620.0)]);
+        let half_rad = 0.5 * (rules.standoff.field_of_view_rad - rules.standoff.field_of_view_margin_rad);
+        let r_d_m = |d_max_m: f64| d_max_m / math::sin(half_rad);
+        let near = |value: Option<f64>, wanted: f64| (value.unwrap() - wanted).abs() < 1e-9;
+
+        let metrics = score(&rules, std::slice::from_ref(&frame));
+        assert!(near(metrics.standoff_error_m, 500.0 - r_d_m(200.0)), "{metrics:?}");
+        assert!(near(metrics.standoff_error_m_settled, 500.0 - r_d_m(200.0)) && near(metrics.phase_error_deg, 0.0));
+        let judged = Judged::new(&rules, &frame, true);
+        assert!(near(judged.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
+        let geometry = &judged.geometry;
+        assert!(near(geometry.centre_error_m(&frame.groups[0], rules.centre), 3.0));
+
+        let centroid = Rules { centre: CentreEstimate::Centroid, ..rules.clone() };
+        let off_m = Displacement::from_m(570.0, 50.0).length_m() - r_d_m(100.0 * 5.78f64.sqrt());
+        let judged = Judged::new(&centroid, &frame, true);
+        assert!(near(judged.standoff_error_m(&frame.uavs[0]), off_m));
+        assert_eq!(
+            score(&centroid, &[frame.clone()]),
+            score(&Rules { centre: CentreEstimate::Filtered, ..rules }, &[frame])
+        );
     }
 
     fn flown() -> (Rules, Vec<Frame>) {

@@ -37,7 +37,7 @@ const PANELS = [
     ],
     levels: (limits) => [limits.radius_min_m, limits.radius_max_m], level: "least and most" },
   { key: "standoff_error", title: "True standoff error", unit: "m", hint: "outside (+), inside (\u2212)", factor: 1,
-    about: "How far a UAV is off the orbit that its group should have: r \u2212 r_d about the true centroid of the group's members. Above " +
+    about: "How far a UAV is off the orbit that its group should have: r \u2212 r_d about the true centre of the group's members. Above " +
       "zero it is outside the orbit, below zero inside.",
     curves: [{ of: "uavs", column: "standoff_error_m", note: "", dash: "solid" }],
     levels: () => [0], level: "on the orbit" },
@@ -57,7 +57,7 @@ const PANELS = [
     curves: [{ of: "uavs", column: "turn_rate_rad_s", note: "", dash: "solid" }],
     levels: (limits) => [-limits.turn_rate_max_rad_s, limits.turn_rate_max_rad_s], level: "limits" },
   { key: "scan_sd", title: "One scan tells to", unit: "m", factor: 1,
-    about: "How precisely one scan by each UAV of a group would place a vehicle at the group's true centroid, as a standard deviation: " +
+    about: "How precisely one scan by each UAV of a group would place a vehicle at the group's true centre, as a standard deviation: " +
       "the fourth root of the inverse determinant of the information.",
     curves: [{ of: "groups", column: "scan_sd_m", note: "", dash: "solid" }], fromZero: true },
 ];

@@ -43,7 +43,7 @@ pub fn figures<E>(
 ) -> Result<Vec<Figure>, FigureError<E>> {
     let mut run = Run::default();
     for frame in frames {
-        run.add(&frame.map_err(FigureError::Frame)?);
+        run.add(&frame.map_err(FigureError::Frame)?, setup.centre);
     }
     if run.frames == 0 {
         return Err(FigureError::NoFrames);

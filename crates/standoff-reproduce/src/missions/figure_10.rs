@@ -114,7 +114,9 @@ fn look(scenario: &Scenario) -> Result<Seen, Failure> {
         seen.orbits.look(frame, &scenario.settings);
         let (mut margins, mut centres) = (Vec::new(), Vec::new());
         for group in &frame.groups {
-            let Some(error_m) = Geometry::of(frame).centre_error_m(group) else { continue };
+            let Some(error_m) = Geometry::of(frame).centre_error_m(group, scenario.settings.team.group.centre) else {
+                continue;
+            };
             pairs.entry(group.group).or_default().push((group.margin_m, error_m));
             margins.push(group.margin_m);
             centres.push(error_m);

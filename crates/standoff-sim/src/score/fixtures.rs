@@ -1,6 +1,6 @@
 //! Rows for tests.
 
-use crate::frame::{Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::frame::{GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 
 /// A UAV at the origin that looks east, in group 0.
 pub(super) fn uav_row(uav: u32) -> UavRow {
@@ -44,5 +44,27 @@ pub(super) fn track_row(target: u32, group: Option<u32>) -> TrackRow {
         to_group: None,
         state: [0.0; 6],
         covariance: [0.0; 21],
+    }
+}
+
+/// A group about the origin.
+pub(super) fn group_row(group: u32) -> GroupRow {
+    GroupRow {
+        group,
+        members: 1,
+        x_m: 0.0,
+        y_m: 0.0,
+        vx_m_s: 0.0,
+        vy_m_s: 0.0,
+        spread_m: 0.0,
+        margin_m: 0.0,
+        standoff_unclamped_m: 300.0,
+        standoff_distance_m: 300.0,
+        standoff_rate_m_s: 0.0,
+        turn_limit_m: None,
+        feasible: true,
+        convergence_threshold_m2_s: None,
+        altitude_m: 0.0,
+        separation_m: None,
     }
 }

@@ -6,9 +6,7 @@ use standoff::{Angle, Position};
 
 use super::rules::Rules;
 use crate::frame::{Frame, UavRow, ViewRow};
-use crate::geometry::{
-    Geometry, at, centroid, existing, is_seen, looking, off_orbit_m, position, position_error_m, truth_of,
-};
+use crate::geometry::{Geometry, at, existing, is_seen, looking, off_orbit_m, position, position_error_m, truth_of};
 
 /// A frame, judged by the true geometry.
 #[derive(Debug)]
@@ -20,7 +18,7 @@ pub struct Judged<'a> {
     /// There was a target before this instant, at which sensors could have been pointed.
     is_after_cue: bool,
     looking: Vec<(u32, Position, Angle)>,
-    /// True centroid and r_d (15) about it, without a margin, by group.
+    /// True centre, by the rule flown, and r_d (15) about it, without a margin, by group.
     orbits: BTreeMap<u32, (Position, f64)>,
 }
 
@@ -44,11 +42,7 @@ impl<'a> Judged<'a> {
     #[must_use]
     pub fn new(rules: &'a Rules, frame: &'a Frame, is_after_cue: bool) -> Self {
         let geometry = Geometry::of(frame);
-        let orbit = |group: u32| {
-            let members = geometry.on_orbit(group);
-            let centroid = centroid(&members)?;
-            Some((group, (centroid, rules.standoff_m(&members, centroid, 0.0))))
-        };
+        let orbit = |group: u32| Some((group, rules.orbit(&geometry.on_orbit(group))?));
         let orbits = frame.groups.iter().filter_map(|group| orbit(group.group)).collect();
         Self { geometry, rules, frame, is_after_cue, looking: looking(frame), orbits }
     }
@@ -56,8 +50,8 @@ impl<'a> Judged<'a> {
     /// r - r_d of a UAV by the true geometry, m, as `standoff_error_m` takes it; positive outside.
     #[must_use]
     pub fn standoff_error_m(&self, uav: &UavRow) -> Option<f64> {
-        let (centroid, standoff_m) = self.orbits.get(&uav.group?)?;
-        Some(off_orbit_m(at(uav), *centroid, *standoff_m))
+        let (centre, standoff_m) = self.orbits.get(&uav.group?)?;
+        Some(off_orbit_m(at(uav), *centre, *standoff_m))
     }
 
     /// Whether any UAV has a target in view, as `out_of_view_fraction` takes it; `None` at the first cue, before which no
@@ -102,13 +96,13 @@ impl<'a> Judged<'a> {
     }
 
     /// The fourth root of the inverse determinant of the information that one scan by each UAV of a group tells of a
-    /// target at the group's true centroid, m: the geometric mean of the semi-axes of its one-sigma ellipse; of a pair
+    /// target at the group's true centre, m: the geometric mean of the semi-axes of its one-sigma ellipse; of a pair
     /// the determinant is (36).
     #[must_use]
     pub fn scan_sd_m(&self, group: u32) -> Option<f64> {
-        let (centroid, _) = self.orbits.get(&group)?;
+        let (centre, _) = self.orbits.get(&group)?;
         let crew = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
-        let information = crew.map(|uav| self.rules.sensor.information(at(uav), *centroid)).reduce(|a, b| a + b)?;
+        let information = crew.map(|uav| self.rules.sensor.information(at(uav), *centre)).reduce(|a, b| a + b)?;
         Some(information.determinant().sqrt().sqrt().recip()).filter(|sd_m| sd_m.is_finite())
     }
 }

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::{Position, SensorParams, Spread, StandoffParams, TargetParams};
+use standoff::{CentreEstimate, Position, SensorParams, Spread, StandoffParams, TargetParams};
 
 use crate::frame::Reported;
+use crate::geometry::true_centre;
 use crate::scenario::{CueError, Noise, Settings};
 
 /// What a score needs to know of the scenario.
@@ -15,6 +16,8 @@ pub struct Rules {
     pub reported: Reported,
     /// The orbit's bounds and the field of view with its margin.
     pub standoff: StandoffParams,
+    /// What an orbit is about: the centroid of its targets, or the centre of the smallest circle about them.
+    pub centre: CentreEstimate,
     /// Field of view and sensing range, and the noise that the filters assume.
     pub sensor: SensorParams,
     /// The target model that the filters assume.
@@ -41,6 +44,7 @@ impl Rules {
         Self {
             reported: Reported::default(),
             standoff: settings.team.group.standoff,
+            centre: settings.team.group.centre,
             sensor: settings.team.track.sensor,
             target: settings.team.track.target,
             motion: settings.motion(),
@@ -51,6 +55,12 @@ impl Rules {
             period_s: settings.period.s(),
             settle_s: settings.settle.s(),
         }
+    }
+
+    /// The orbit that members should have, by the rule flown: its centre, and r_d (15) about that without a margin, m.
+    pub(super) fn orbit(&self, members: &[Position]) -> Option<(Position, f64)> {
+        let centre = true_centre(self.centre, members)?;
+        Some((centre, self.standoff_m(members, centre, 0.0)))
     }
 
     /// r_d (15) of members about a centre, m.

@@ -13,7 +13,7 @@ use standoff::{Duration, Position, TargetState, Transition};
 use super::mean::Mean;
 use super::rules::Rules;
 use crate::frame::{Frame, GroupRow, TrackRow};
-use crate::geometry::{Known, at, centre, centroid, off_orbit_m, on_orbit};
+use crate::geometry::{Known, at, centre, off_orbit_m, on_orbit};
 
 /// Surprises of a run, from `settle_s` on.
 #[derive(Debug, Clone)]
@@ -60,10 +60,11 @@ impl Surprises {
         let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into())).position();
         let members: Vec<Position> = self.before.iter().filter(is_on).map(expected).collect();
         let truths: Vec<Position> = on_orbit(known, group.group).collect();
-        let (Some(middle), Some(true_middle)) = (centroid(&members), centroid(&truths)) else { return };
-
-        let true_m = self.rules.standoff_m(&truths, true_middle, 0.0);
-        let expected_true_m = self.rules.standoff_m(&members, middle, 0.0);
+        let (Some((true_centre, true_m)), Some((expected_true_centre, expected_true_m))) =
+            (self.rules.orbit(&truths), self.rules.orbit(&members))
+        else {
+            return;
+        };
         // The agents' own centre goes on as it went.
         let period_s = self.rules.period_s;
         let centre = centre(group);
@@ -71,7 +72,7 @@ impl Surprises {
         let expected_own_m = self.rules.standoff_m(&members, expected_centre, group.margin_m);
         for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
             let off_m = |centre: Position, radius_m: f64| off_orbit_m(at(uav), centre, radius_m);
-            self.truth.add((off_m(true_middle, true_m) - off_m(middle, expected_true_m)).abs());
+            self.truth.add((off_m(true_centre, true_m) - off_m(expected_true_centre, expected_true_m)).abs());
             let own_m = off_m(centre, group.standoff_distance_m) - off_m(expected_centre, expected_own_m);
             self.own.add(own_m.abs());
         }

@@ -4,6 +4,7 @@ use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
+use standoff::CentreEstimate;
 use standoff_sim::geometry::{Between, Geometry, group_of, separations, tracking_error_m};
 use standoff_sim::record::{EventRow, Frame};
 use std::collections::BTreeMap;
@@ -130,8 +131,8 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Takes in a frame.
-    pub(super) fn add(&mut self, frame: &Frame) {
+    /// Takes in a frame, in which orbits are about this.
+    pub(super) fn add(&mut self, frame: &Frame, centre: CentreEstimate) {
         let (index, time) = (self.frames, frame.time_us as f64 * 1e-6);
         self.frames += 1;
         if let Some(time) = usable(time) {
@@ -147,7 +148,7 @@ impl Run {
             group.standoff.push(index, time, row.standoff_distance_m);
             group.unclamped.push(index, time, row.standoff_unclamped_m);
             group.margin.push(index, time, row.margin_m);
-            group.centre_error.push(index, time, geometry.centre_error_m(row));
+            group.centre_error.push(index, time, geometry.centre_error_m(row, centre));
             group.separation.push(index, time, row.separation_m);
         }
         for row in &frame.truth {
@@ -293,7 +294,10 @@ mod tests {
             let row =
                 |target| TruthRow { target, x_m: at, y_m: at, vx_m_s: 1.0, vy_m_s: 1.0, ax_m_s2: None, ay_m_s2: None };
             let truth = (0..targets).map(row).collect();
-            run.add(&Frame { time_us: i64::from(instant) * 500_000, truth, ..Frame::default() });
+            run.add(
+                &Frame { time_us: i64::from(instant) * 500_000, truth, ..Frame::default() },
+                CentreEstimate::Centroid,
+            );
         }
         run.curves().map(|curve| curve.runs(usize::MAX).concat().len()).sum()
     }

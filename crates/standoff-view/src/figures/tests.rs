@@ -7,8 +7,8 @@ use super::ink::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
 use plotters::style::RGBColor;
-use standoff::Angle;
 use standoff::math::{PI, TAU, cos, exp, sin};
+use standoff::{Angle, CentreEstimate};
 use standoff_sim::record::{EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
@@ -26,6 +26,7 @@ fn setup() -> Setup {
         radius_min_m: 370.0,
         radius_max_m: 2000.0,
         separation_rad: FRAC_PI_2,
+        centre: CentreEstimate::Centroid,
     }
 }
 
@@ -372,7 +373,7 @@ fn names_too_long_end_in_dots_within_the_figure() {
 /// The run as it is gathered.
 fn gathered(frames: &[Frame]) -> Run {
     let mut run = Run::default();
-    frames.iter().for_each(|frame| run.add(frame));
+    frames.iter().for_each(|frame| run.add(frame, CentreEstimate::Centroid));
     run
 }
 
@@ -454,7 +455,7 @@ fn the_longest_lived_of_many_groups_have_panels_and_it_says_so() {
 fn groups_alive_together_differ_in_colour_and_few_of_the_dissolved_are_kept() {
     let mut run = Run::default();
     for frame in generations(80) {
-        run.add(&frame);
+        run.add(&frame, CentreEstimate::Centroid);
         let [lasting, other] = [0, 1].map(|place| run.group_colour(frame.groups[place].group));
         assert_ne!(lasting, other);
     }
