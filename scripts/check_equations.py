@@ -408,6 +408,20 @@ def equation_15(scenario, spread, spread_rate, margin):
     return unclamped, clamped, spread_rate / sine if clamped == unclamped else 0.0
 
 
+def true_centre(scenario, positions):
+    """What an orbit about these is about: of the circles on two or three of them the smallest that holds all, or the mean."""
+    positions = np.array(positions)
+    if scenario["orbit"]["centre"] != "smallest-circle" or len(positions) == 1:
+        return np.mean(positions, axis=0)
+    centres = [(a + b) / 2 for a, b in combinations(positions, 2)]
+    for a, b, c in combinations(positions, 3):
+        # As far from a as from b, and as from c.
+        sides = 2 * np.array([b - a, c - a])
+        if abs(np.linalg.det(sides)) > 1e-9:
+            centres.append(np.linalg.solve(sides, [b @ b - a @ a, c @ c - a @ a]))
+    return min(centres, key=lambda centre: max(np.hypot(*(positions - centre).T)))
+
+
 def equation_27(uavs, centre_velocity, rate):
     """Smallest radius, as printed and about a centre that moves; None for a centre as fast as a UAV can be."""
     centre_speed, turn_rate = np.hypot(*centre_velocity), uavs["turn_rate_max_rad_s"]
@@ -653,8 +667,47 @@ def check_metrics(record, compare):
         longest = max([longest, *streak.values()])
     metrics["out_of_view_longest_s"] = longest * record.period
     metrics |= bound_metrics(record) | innovation_metrics(record) | surprise_metrics(record)
+    metrics |= calm_metrics(record) | custody_metrics(record)
     for name in sorted(record.metrics):
         compare(f"metric {name}", record.metrics[name], metrics.get(name))
+
+
+def calm_metrics(record):
+    """By what each UAV did while its sensor was pointed, one after the other."""
+    flown = defaultdict(list)
+    for time in record.times:
+        for row in looking(record, time):
+            flown[row.uav].append(row)
+    changes = lambda values: sum(one != other for one, other in zip(values, values[1:]))
+    turns = [[np.sign(row.turn_rate_rad_s) for row in rows if abs(row.turn_rate_rad_s) > 0.02] for rows in flown.values()]
+    groups = [[row.group for row in rows if row.group is not None] for rows in flown.values()]
+    minutes = sum(map(len, flown.values())) * record.period / 60.0
+    in_group = sum(map(len, groups)) * record.period / 60.0
+    return {
+        "speed_saturated_fraction": np.mean([row.speed_limited for rows in flown.values() for row in rows]) if flown else None,
+        "turn_reversals_per_min": sum(map(changes, turns)) / minutes if flown else None,
+        "reassignments_per_uav_min": sum(map(changes, groups)) / in_group if in_group else None,
+    }
+
+
+def custody_metrics(record):
+    """Losses of watched targets: each as the number of instants until the target was watched again, or None."""
+    courses, losses = defaultdict(str), []
+    for time in record.times:
+        for target in record.truth[time]:
+            seen, member = is_seen(record, time, target), is_member(record, time, target)
+            courses[target] += "w" if seen and member else "k" if seen or member else "l"
+    for course in courses.values():
+        # The instant of the cue does not count. From being watched to the next time, or to the end.
+        spans = course[1:].split("w")[1:]
+        for last, span in zip([False] * (len(spans) - 1) + [True], spans):
+            if "l" in span:
+                losses.append(None if last else len(span) - span.index("l"))
+    found = [instants for instants in losses if instants is not None]
+    return {
+        "refound_fraction": len(found) / len(losses) if losses else None,
+        "refind_time_s": np.mean(found) * record.period if found else None,
+    }
 
 
 def bound_metrics(record):
@@ -719,7 +772,8 @@ def surprise_metrics(record):
                 continue
             for uav in record.uavs[time].values():
                 if uav.group == group:
-                    true = off(uav, truth, np.mean(truth, axis=0), 0.0) - off(uav, foretold, np.mean(foretold, axis=0), 0.0)
+                    true = off(uav, truth, true_centre(scenario, truth), 0.0)
+                    true -= off(uav, foretold, true_centre(scenario, foretold), 0.0)
                     own = np.hypot(*(uav.position - row.position)) - row.standoff_distance_m
                     own -= off(uav, foretold, old.position + old.velocity * record.period, row.margin_m)
                     samples["standoff_surprise_m_settled"].append(abs(true))
@@ -758,21 +812,21 @@ def orbit_samples(record, time, samples, compare):
         uavs = [row.position for row in record.uavs[time].values() if row.group == group]
         samples["separation_min_group_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
         members = [truth[target].position for target in record.members(time, group) if target in truth]
-        centroid = np.mean(members, axis=0) if members else None
-        spread = max([np.hypot(*(member - centroid)) for member in members], default=None)
+        centre = true_centre(scenario, members) if members else None
+        spread = max([np.hypot(*(member - centre)) for member in members], default=None)
         for row in record.uavs[time].values():
             if record.views is not None and row.group == group:
-                off = np.hypot(*(row.position - centroid)) - equation_15(scenario, spread, 0.0, 0.0)[1] if members else None
+                off = np.hypot(*(row.position - centre)) - equation_15(scenario, spread, 0.0, 0.0)[1] if members else None
                 compare("uavs: standoff error", row.standoff_error_m, off)
         for uav in uavs:
             own = abs(np.hypot(*(uav - orbit.position)) - orbit.standoff_distance_m)
-            true = abs(np.hypot(*(uav - centroid)) - equation_15(scenario, spread, 0.0, 0.0)[1]) if members else None
+            true = abs(np.hypot(*(uav - centre)) - equation_15(scenario, spread, 0.0, 0.0)[1]) if members else None
             samples["standoff_distance_m"].append(orbit.standoff_distance_m)
             for suffix in settled:
                 samples[f"standoff_tracking_error_m{suffix}"].append(own)
                 samples[f"standoff_error_m{suffix}"] += [true] if members else []
         if members and len(uavs) > 1:
-            phases = np.sort([np.degrees(direction(uav - centroid)) for uav in uavs])
+            phases = np.sort([np.degrees(direction(uav - centre)) for uav in uavs])
             gaps, wanted = np.diff(phases, append=phases[0] + 360.0), 360.0 / len(uavs)
             if len(uavs) == 2:
                 gaps, wanted = [min(gaps)], scenario["guidance"]["separation_deg"]

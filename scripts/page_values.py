@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from check_equations import POSITION, Record, direction, equation_15, equations_5_6, in_view, inverse, jacobian
-from check_equations import looking, looks_by_target, stacked, wrap
+from check_equations import looking, looks_by_target, stacked, true_centre, wrap
 
 UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m"]
 GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
@@ -62,10 +62,10 @@ def uav_values(record, time, row):
         values["line_of_sight_rad"] = max(abs(wrap(direction(at - row.position) - row.boresight_rad)) for at in duty)
     members = true_members(record, time, row.group)
     if members:
-        centroid = np.mean(members, axis=0)
-        spread = max(np.hypot(*(member - centroid)) for member in members)
+        centre = true_centre(record.scenario, members)
+        spread = max(np.hypot(*(member - centre)) for member in members)
         radius = equation_15(record.scenario, spread, 0.0, 0.0)[1]
-        values["standoff_error_m"] = np.hypot(*(row.position - centroid)) - radius
+        values["standoff_error_m"] = np.hypot(*(row.position - centre)) - radius
     return values
 
 
@@ -105,12 +105,12 @@ def separation(record, phases):
 
 
 def scan_sd(record, members, crew):
-    """Geometric mean of the semi-axes of what one scan by each UAV tells of a target at the true centroid."""
+    """Geometric mean of the semi-axes of what one scan by each UAV tells of a target at the true centre."""
     sensor = record.scenario["sensor"]
     if not members or not crew or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
         return None
     r = np.diag([sensor["range_sd_m"] ** 2, np.radians(sensor["bearing_sd_deg"]) ** 2])
-    looks = [jacobian(uav.position, np.mean(members, axis=0))[:, POSITION] for uav in crew]
+    looks = [jacobian(uav.position, true_centre(record.scenario, members))[:, POSITION] for uav in crew]
     return np.linalg.det(sum(h.T @ inverse(r) @ h for h in looks)) ** -0.25
 
 
