@@ -790,6 +790,9 @@ def track_samples(record, time, samples):
             samples["position_error_all_m"].append(np.hypot(*(track.position - truth.position)))
         if covered:
             samples["position_error_m"].append(np.hypot(*(track.position - truth.position)))
+            crew = sum(uav.group == track.group for uav in looking(record, time))
+            if crew > 0:
+                samples[f"position_error_{'one' if crew == 1 else 'more'}_m"].append(samples["position_error_m"][-1])
             samples["velocity_error_m_s"].append(np.hypot(*(track.velocity - truth.velocity)))
             known = np.flatnonzero(np.isfinite(truth.state))
             if record.filter_acceleration_sd_m_s2 < 1e-6:

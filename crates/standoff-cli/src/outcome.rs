@@ -103,7 +103,11 @@ pub(crate) struct Telling<'a> {
 pub(crate) fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
     // Where consistency is told of quiet and of manoeuvring targets, its average hides both.
     let is_split = metrics.get("anees_manoeuvring").flatten().is_some();
-    let untold = |name: &&str| UNTOLD.contains(name) || (*name == "anees" && is_split);
+    // Where all groups have one UAV, or all have more, position errors are told already.
+    let by_crew = ["position_error_one_m", "position_error_more_m"];
+    let is_mixed = by_crew.iter().all(|name| metrics.get(name).flatten().is_some());
+    let untold =
+        |name: &&str| UNTOLD.contains(name) || (*name == "anees" && is_split) || (by_crew.contains(name) && !is_mixed);
     let line = |about: &About| {
         let (unit, factor) = About::unit(about.name);
         let value = metrics.get(about.name)?.map(|value| factor * value);

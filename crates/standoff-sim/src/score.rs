@@ -50,7 +50,13 @@ struct Wanted {
 impl Wanted {
     fn of(choice: Choice) -> Self {
         Self {
-            estimates: choice.wants(&["position_error_m", "velocity_error_m_s", "position_error_all_m"]),
+            estimates: choice.wants(&[
+                "position_error_m",
+                "position_error_one_m",
+                "position_error_more_m",
+                "velocity_error_m_s",
+                "position_error_all_m",
+            ]),
             consistency: choice.wants(&["anees", "anees_quiet", "anees_manoeuvring"]),
             orbits: choice.wants(&[
                 "standoff_distance_m",
@@ -109,6 +115,8 @@ pub struct Scorer {
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     surprises: Option<Surprises>,
+    /// The groups that are served by UAVs whose sensor is pointed, one by each.
+    served: Vec<u32>,
     /// The targets known at this instant that exist.
     known: Vec<Known>,
     /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
@@ -121,6 +129,8 @@ pub struct Scorer {
 #[derive(Debug, Clone, Default)]
 struct SoFar {
     position: Mean,
+    position_one: Mean,
+    position_more: Mean,
     velocity: Mean,
     position_all: Mean,
     distance: Mean,
@@ -155,6 +165,7 @@ impl Scorer {
             surprises: choice
                 .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
                 .then(|| Surprises::new(rules.clone())),
+            served: Vec::new(),
             known: Vec::new(),
             crew: Vec::new(),
             members: Vec::new(),
@@ -169,6 +180,9 @@ impl Scorer {
         if wanted.tallies {
             self.tallies.frame(&self.rules.sensor, frame);
         }
+        self.served.clear();
+        let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());
+        self.served.extend(pointed.filter_map(|uav| uav.group));
         self.known.clear();
         for (track, truth) in existing(frame) {
             self.known.push(Known::of(track, truth));
@@ -230,6 +244,8 @@ impl Scorer {
             refound_fraction: refound.value(),
             refind_time_s: refind.value().map(|instants| instants * period_s),
             position_error_m: self.so_far.position.value(),
+            position_error_one_m: self.so_far.position_one.value(),
+            position_error_more_m: self.so_far.position_more.value(),
             velocity_error_m_s: self.so_far.velocity.value(),
             position_error_all_m: self.so_far.position_all.value(),
             standoff_distance_m: self.so_far.distance.value(),
@@ -284,8 +300,13 @@ impl Scorer {
         let [_, vx_m_s, _, _, vy_m_s, _] = track.state;
         let position_error_m = position_error_m(track, truth);
         self.so_far.position_all.add(position_error_m);
-        if track.group.is_some() {
+        if let Some(group) = track.group {
             self.so_far.position.add(position_error_m);
+            match self.served.iter().filter(|served| **served == group).count() {
+                0 => {}
+                1 => self.so_far.position_one.add(position_error_m),
+                _ => self.so_far.position_more.add(position_error_m),
+            }
             self.so_far.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
             let nees = self.wanted.consistency.then(|| nees_per_state(&self.rules, track, truth)).flatten();
             if let Some(nees) = nees {
@@ -462,6 +483,26 @@ mod tests {
             score(&centroid, &[frame.clone()]),
             score(&Rules { centre: CentreEstimate::Filtered, ..rules }, &[frame])
         );
+    }
+
+    /// Tracks at the origin of targets 3, 4 and 12 m off. One UAV serves the first's group, two the second's, and the
+    /// third's another, which is out.
+    #[test]
+    fn position_errors_are_told_by_how_many_uavs_serve_the_group() {
+        let mut frame = Frame::default();
+        for (target, x_m) in (0..).zip([3.0, 4.0, 12.0]) {
+            frame.truth.push(truth_row(target, x_m, 0.0));
+            frame.tracks.push(track_row(target, Some(target)));
+        }
+        let uav = |uav: u32, group: u32| UavRow { group: Some(group), ..uav_row(uav) };
+        frame.uavs = vec![uav(0, 0), uav(1, 1), uav(2, 1), UavRow { boresight_rad: None, ..uav(3, 2) }];
+        let errors_m = |frame: &Frame| {
+            let metrics = score(&flown().0, std::slice::from_ref(frame));
+            [metrics.position_error_m, metrics.position_error_one_m, metrics.position_error_more_m]
+        };
+        assert_eq!(errors_m(&frame), [Some(19.0 / 3.0), Some(3.0), Some(4.0)]);
+        frame.uavs[2].group = Some(2);
+        assert_eq!(errors_m(&frame), [Some(19.0 / 3.0), Some(19.0 / 3.0), None]);
     }
 
     fn flown() -> (Rules, Vec<Frame>) {

@@ -25,7 +25,7 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
     match metric {
         "watched_fraction" | "seen_fraction" | "refound_fraction" => "goal 100".to_owned(),
         "line_of_sight_deg" | "line_of_sight_max_deg" => format!("limit {half_deg:.0}: half the field of view"),
-        "position_error_m" => {
+        "position_error_m" | "position_error_one_m" | "position_error_more_m" => {
             let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
             format!("small (one scan: {range_m} m, {bearing_deg:.0} deg)")
         }

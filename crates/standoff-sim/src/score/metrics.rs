@@ -128,6 +128,10 @@ metrics! {
         refind_time_s: f64, "time until lost targets are found again", LARGE, 5.0, BOTH;
         /// Estimated against true position of group members, m.
         position_error_m: f64, "position error", LARGE, 0.1, BOTH;
+        /// The same of the members of groups that one UAV serves, m.
+        position_error_one_m: f64, "position error, one UAV to the group", LARGE, 0.1, BOTH;
+        /// The same of the members of groups that two UAVs or more serve, m.
+        position_error_more_m: f64, "position error, two UAVs or more to the group", LARGE, 0.1, BOTH;
         /// Estimated against true velocity of group members, m/s.
         velocity_error_m_s: f64, "velocity error", LARGE, 0.05, BOTH;
         /// Estimated against true position of every known target, m.

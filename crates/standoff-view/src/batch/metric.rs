@@ -44,6 +44,7 @@ mod tests {
         assert_eq!(unit("standoff_error_m_settled"), ("m", 1.0));
         assert_eq!(unit("velocity_bound_m2_s2"), ("m\u{b2}/s\u{b2}", 1.0));
         assert_eq!(unit("uncovered_fraction"), ("%", 100.0));
+        assert_eq!(unit("turn_reversals_per_min"), ("1/min", 1.0));
         assert_eq!(unit("anees"), ("", 1.0));
     }
 }
