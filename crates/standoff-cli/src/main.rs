@@ -12,6 +12,7 @@ mod mcap;
 mod merge;
 mod monte_carlo;
 mod outcome;
+mod papers_law;
 mod reproduce;
 mod run;
 mod scenarios;
@@ -57,6 +58,9 @@ enum Command {
     /// Compare two scenarios, or two values of one, on the same draws: does a change help?
     #[command(after_help = compare::EXAMPLES)]
     Compare(compare::Args),
+    /// How much of a scenario greedy discs that know where every target is would watch: a yardstick for its runs.
+    #[command(after_help = yardstick::EXAMPLES)]
+    Yardstick(yardstick::Args),
     /// Tell a finished run again, from its record alone: scores, events, figures.
     Show {
         /// The folder of the run.
@@ -172,6 +176,7 @@ fn done() -> Result<(), Failure> {
         Some(Command::MonteCarlo(args)) => monte_carlo::run(&args),
         Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Yardstick(args)) => yardstick::run(&args),
         Some(Command::Show { dir, metrics, maps, json }) => tell::show(&dir, metrics.choice, &maps, json),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),

@@ -14,8 +14,8 @@ use standoff_view::replay::Line;
 
 use crate::failure::{Failure, print};
 
-pub(crate) use events::Events;
-use events::{named, wrapped};
+use events::named;
+pub(crate) use events::{Events, wrapped};
 
 /// Time in no group that stands first, because it outweighs whatever is said of groups.
 const UNCOVERED: f64 = 0.1;
@@ -42,8 +42,8 @@ const UNTOLD: [&str; 7] = [
     "velocity_bound_m2_s2",
 ];
 
-/// What is told of a run beside its yardstick.
-const BESIDE_YARDSTICK: [&str; 9] = [
+/// What is told of a run beside the paper's law.
+const BESIDE_PAPERS_LAW: [&str; 9] = [
     "watched_fraction",
     "seen_fraction",
     "longest_gap_s",
@@ -94,7 +94,7 @@ pub(crate) struct PerTarget {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Telling<'a> {
     /// Beside it, what the paper's law came to: a few rows.
-    pub(crate) yardstick: Option<&'a Metrics>,
+    pub(crate) papers_law: Option<&'a Metrics>,
     /// Target by target, too.
     pub(crate) per_target: bool,
 }
@@ -150,13 +150,13 @@ impl Outcome {
         }
         told += "\n";
         told += &self.custody();
-        told += &self.table(telling.yardstick);
-        let is_told = |metric: &str| telling.yardstick.is_none() || BESIDE_YARDSTICK.contains(&metric);
+        told += &self.table(telling.papers_law);
+        let is_told = |metric: &str| telling.papers_law.is_none() || BESIDE_PAPERS_LAW.contains(&metric);
         for word in goals::words(&self.metrics, &self.events, &self.settings, is_told) {
             told += &wrapped("* ", &word);
         }
-        if telling.yardstick.is_some() {
-            told += &wrapped("* ", goals::YARDSTICK);
+        if telling.papers_law.is_some() {
+            told += &wrapped("* ", goals::PAPERS_LAW);
         }
         if telling.per_target && !self.per_target.is_empty() {
             told += &self.targets_told();
@@ -198,14 +198,14 @@ impl Outcome {
         if told.is_empty() { told } else { told + "\n" }
     }
 
-    fn table(&self, yardstick: Option<&Metrics>) -> String {
-        let mut told = match yardstick {
+    fn table(&self, papers_law: Option<&Metrics>) -> String {
+        let mut told = match papers_law {
             Some(_) => format!("{:33} {:>9} {:>12}       good is\n", "metric", "this run", "paper's law*"),
             None => format!("{:36} {:>9}       good is\n", "metric", "value"),
         };
         for Line { metric, value, unit, good, .. } in lines(&self.metrics, &self.settings) {
-            let line = match yardstick {
-                Some(_) if !BESIDE_YARDSTICK.contains(&metric) => continue,
+            let line = match papers_law {
+                Some(_) if !BESIDE_PAPERS_LAW.contains(&metric) => continue,
                 Some(paper) => {
                     let (_, factor) = About::unit(metric);
                     let paper = paper.value(metric).map(|value| factor * value);

@@ -23,9 +23,9 @@ use crate::interruption::Interruption;
 use crate::maps::Maps;
 use crate::mcap::Mcap;
 use crate::outcome::{Telling, Wanted, lines};
+use crate::papers_law;
 use crate::tell::{Told, tell};
 use crate::watch::{Pace, Served, Watched, manifest, rate};
-use crate::yardstick;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -130,9 +130,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let out = text::path(&out);
         Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
     })??;
-    let yardstick =
-        if args.json { None } else { yardstick::of(args.scenario.as_deref(), &args.changes, args.seed, choice)? };
-    outcome.print(args.json, &out, Telling { yardstick: yardstick.as_ref(), ..Telling::default() })?;
+    let papers_law =
+        if args.json { None } else { papers_law::of(args.scenario.as_deref(), &args.changes, args.seed, choice)? };
+    outcome.print(args.json, &out, Telling { papers_law: papers_law.as_ref(), ..Telling::default() })?;
     written?;
     let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption));
     filed.and(shown)

@@ -1,58 +1,86 @@
-//! The paper's law as a yardstick: the same mission under it.
+//! `standoff yardstick`: how much discs that know where every target is would watch.
 
-use standoff_sim::run::fly;
+use clap::Parser;
+use serde::Serialize;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::{Choice, Metrics};
+use standoff_sim::text;
+use standoff_sim::world::World;
+use standoff_sim::yardstick::{Watched, Yardstick, yardstick};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, refused};
+use crate::failure::{Failure, print, warn};
+use crate::outcome::{count, wrapped};
 
-/// The keys of the paper's law, for missions that are flown otherwise.
-pub(crate) const PAPERS_LAW: [&str; 8] = [
-    "guidance.feedforward=exact",
-    "guidance.turn_rate_gain=0",
-    "guidance.lead=constant",
-    "guidance.lead_s=3",
-    "guidance.speed_reference=ground",
-    "orbit.margin=mahalanobis",
-    "orbit.on_membership_change=filter",
-    "orbit.centre=filtered",
-];
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  standoff yardstick best/figure-9
+  standoff yardstick traffic/city --uavs 4
+  standoff yardstick --traffic city.fcd.xml.gz --uavs 2 --json";
 
-/// What the paper's law comes to in the mission that is flown where none is named, changed alike, from the same starts
-/// and with the same seed. What somebody chose, mission or metrics, is told alone.
-pub(crate) fn of(
-    named: Option<&str>,
-    changes: &Changes,
+/// What to measure.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// A built-in scenario's name, or a scenario file [default: best/figure-9; with --traffic, the settings of
+    /// traffic/convoy].
+    scenario: Option<String>,
+    #[command(flatten)]
+    changes: Changes,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    choice: Choice,
-) -> Result<Option<Metrics>, Failure> {
-    if named.is_some() || choice != Choice::standard() || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO {
-        return Ok(None);
-    }
-    let edits = changes.edits_and(&PAPERS_LAW.map(str::to_owned))?;
-    let scenario = Scenario::load(DEFAULT_SCENARIO, &edits, seed).map_err(Failure::Scenario)?;
-    fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(refused(&errors)))
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
 }
 
-#[cfg(test)]
-mod tests {
-    use standoff_sim::scenario::Edits;
+/// What is told of a scenario.
+#[derive(Serialize)]
+struct Told<'a> {
+    scenario: &'a str,
+    seed: u64,
+    duration_s: f64,
+    uavs: usize,
+    targets: usize,
+    yardstick: Yardstick,
+}
 
-    use super::*;
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
+    let scenario = Scenario::load(name, &args.changes.edits()?, args.seed).map_err(Failure::Scenario)?;
+    warn(&scenario, "");
+    let told = Told {
+        scenario: &scenario.name,
+        seed: scenario.seed,
+        duration_s: scenario.settings.duration.s(),
+        uavs: scenario.uavs.len(),
+        targets: World::names(&scenario).len(),
+        yardstick: yardstick(&scenario),
+    };
+    print(&if args.json {
+        serde_json::to_string_pretty(&told).map_err(Failure::running)? + "\n"
+    } else {
+        text::lines(&table(&told))
+    })
+}
 
-    /// What is switched is the law and nothing else: the starts are the same, and the settings are those of the paper's
-    /// own mission.
-    #[test]
-    fn the_yardstick_differs_by_the_law_alone() {
-        let set = PAPERS_LAW.map(str::to_owned).to_vec();
-        let load = |name: &str, set: &[String]| {
-            Scenario::load(name, &Edits { set: set.to_vec(), ..Edits::default() }, 7).unwrap()
-        };
-        let (flown, yardstick) = (load(DEFAULT_SCENARIO, &[]), load(DEFAULT_SCENARIO, &set));
-        let paper = load("paper/figure-9", &[]);
-        assert_eq!(flown.uavs, yardstick.uavs);
-        assert_eq!(yardstick.settings, paper.settings);
-        assert_ne!(flown.settings, paper.settings);
+fn table(told: &Told) -> String {
+    let Told { scenario, seed, duration_s, uavs, targets, yardstick } = told;
+    let of = format!("{}, {}", count(*uavs, "UAV"), count(*targets, "target"));
+    let mut table = format!("{}, seed {seed}: {of}, {duration_s} s\n\n", text::words(scenario));
+    table += &format!("{:30} {:>10} {:>10}\n", "watched, % of target-time", "mover", "best discs");
+    for (whose, watched) in [("half as many as UAVs", yardstick.half), ("as many as UAVs", yardstick.all)] {
+        let Watched { discs, mover_fraction, best_fraction } = watched;
+        let discs = format!("{}, {whose}", count(discs, "disc"));
+        table += &format!("{discs:30} {:>10} {:>10}\n", percent(mover_fraction), percent(best_fraction));
     }
+    table += "\n";
+    let disc = format!("disc: what the largest orbit keeps in view, {:.0} m about its centre;", yardstick.disc_radius_m);
+    let mover = "mover: goes greedily at 20 m/s, sent anew each second;";
+    let best = "best discs: placed anew at every instant. All know where every target is. A yardstick, not a bound";
+    table + &wrapped("* ", &format!("{disc} {mover} {best}"))
+}
+
+/// A share in percent.
+pub(crate) fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
 }

@@ -25,3 +25,4 @@ pub mod text;
 pub mod traffic;
 mod why;
 pub mod world;
+pub mod yardstick;

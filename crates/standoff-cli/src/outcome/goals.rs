@@ -14,7 +14,7 @@ const UNSETTLED_M: f64 = 20.0;
 const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// What is said below a table with the paper's law beside the run.
-pub(super) const YARDSTICK: &str = "paper's law: the same scenario, starts and seed under it; its printed margin (16), \
+pub(super) const PAPERS_LAW: &str = "paper's law: the same scenario, starts and seed under it; its printed margin (16), \
     an erratum, adds a squared distance to metres: orbits jump to r_d,max whenever members change";
 
 /// What values of a metric are good: a goal (better the nearer), a limit (not to be passed) or a bound (cannot be

@@ -1,0 +1,58 @@
+//! The paper's law beside a run: the same mission under it.
+
+use standoff_sim::run::fly;
+use standoff_sim::scenario::Scenario;
+use standoff_sim::score::{Choice, Metrics};
+
+use crate::changes::{Changes, DEFAULT_SCENARIO};
+use crate::failure::{Failure, refused};
+
+/// The keys of the paper's law, for missions that are flown otherwise.
+pub(crate) const PAPERS_LAW: [&str; 8] = [
+    "guidance.feedforward=exact",
+    "guidance.turn_rate_gain=0",
+    "guidance.lead=constant",
+    "guidance.lead_s=3",
+    "guidance.speed_reference=ground",
+    "orbit.margin=mahalanobis",
+    "orbit.on_membership_change=filter",
+    "orbit.centre=filtered",
+];
+
+/// What the paper's law comes to in the mission that is flown where none is named, changed alike, from the same starts
+/// and with the same seed. What somebody chose, mission or metrics, is told alone.
+pub(crate) fn of(
+    named: Option<&str>,
+    changes: &Changes,
+    seed: u64,
+    choice: Choice,
+) -> Result<Option<Metrics>, Failure> {
+    if named.is_some() || choice != Choice::standard() || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO {
+        return Ok(None);
+    }
+    let edits = changes.edits_and(&PAPERS_LAW.map(str::to_owned))?;
+    let scenario = Scenario::load(DEFAULT_SCENARIO, &edits, seed).map_err(Failure::Scenario)?;
+    fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(refused(&errors)))
+}
+
+#[cfg(test)]
+mod tests {
+    use standoff_sim::scenario::Edits;
+
+    use super::*;
+
+    /// What is switched is the law and nothing else: the starts are the same, and the settings are those of the paper's
+    /// own mission.
+    #[test]
+    fn it_differs_by_the_law_alone() {
+        let set = PAPERS_LAW.map(str::to_owned).to_vec();
+        let load = |name: &str, set: &[String]| {
+            Scenario::load(name, &Edits { set: set.to_vec(), ..Edits::default() }, 7).unwrap()
+        };
+        let (flown, beside) = (load(DEFAULT_SCENARIO, &[]), load(DEFAULT_SCENARIO, &set));
+        let paper = load("paper/figure-9", &[]);
+        assert_eq!(flown.uavs, beside.uavs);
+        assert_eq!(beside.settings, paper.settings);
+        assert_ne!(flown.settings, paper.settings);
+    }
+}
