@@ -10,6 +10,7 @@ use serde::Serialize;
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{About, Choice, Chosen, Metrics, TargetScore};
 use standoff_sim::text;
+use standoff_sim::yardstick::{SPEED_M_S, Yardstick};
 use standoff_view::replay::Line;
 
 use crate::failure::{Failure, print};
@@ -72,6 +73,9 @@ pub(crate) struct Outcome {
     /// How many there were at a time, on average.
     pub(crate) targets_mean: Option<f64>,
     pub(crate) metrics: Chosen,
+    /// What greedy discs would watch, if asked for: it is of the scenario, so that no summary of a record has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) yardstick: Option<Yardstick>,
     #[serde(flatten)]
     pub(crate) events: Events,
     /// How each target fared.
@@ -195,7 +199,18 @@ impl Outcome {
             let whose = whose.map_or_else(String::new, |one| format!(", {}", text::words(&named(&one.target))));
             told += &format!("longest gap   {gap_s:.1} s in no UAV's view{whose}\n");
         }
+        told += &self.beside_yardstick().unwrap_or_default();
         if told.is_empty() { told } else { told + "\n" }
+    }
+
+    /// What was watched beside what as many discs as UAVs would, whole percent.
+    fn beside_yardstick(&self) -> Option<String> {
+        let all = self.yardstick.as_ref()?.all;
+        let percent =
+            |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+        let (watched, yardstick) = (self.metrics.get("watched_fraction").flatten(), all.mover_fraction);
+        let what = format!("{} that know where every target is, at {SPEED_M_S} m/s", count(all.discs, "greedy disc"));
+        Some(format!("watched {}, yardstick {}: {what}\n", percent(watched), percent(yardstick)))
     }
 
     fn table(&self, papers_law: Option<&Metrics>) -> String {

@@ -13,6 +13,7 @@ use standoff_sim::scenario::{Scenario, Template};
 use standoff_sim::score::Rules;
 use standoff_sim::text;
 use standoff_sim::world::World;
+use standoff_sim::yardstick::yardstick;
 use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
@@ -35,6 +36,7 @@ Examples:
   standoff run --traffic city.fcd.xml.gz --uavs 4
   standoff run traffic/city --view --rate 20
   standoff run --traffic city.fcd.xml.gz --map city.net.xml.gz
+  standoff run traffic/city --uavs 4 --yardstick
   standoff run --mcap figure-9.mcap
   standoff run mine.toml --set uavs.count=3 --set targets.scatter.count=6";
 
@@ -59,6 +61,9 @@ pub(crate) struct Args {
     maps: Maps,
     #[command(flatten)]
     metrics: Wanted,
+    /// Tell beside it what greedy discs that know where every target is would watch: see standoff yardstick.
+    #[arg(long)]
+    yardstick: bool,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
@@ -124,12 +129,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let filed = mcap.map_or(Ok(()), Mcap::close);
     // Where there is no room for figures, the record, which is complete, is published all the same.
     let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.choice);
-    let told = interruption.unless_come(move || tell(&dir, &place, choice));
+    let with_yardstick = args.yardstick;
+    let told = interruption.unless_come(move || {
+        let told = tell(&dir, &place, choice)?;
+        Ok((told, with_yardstick.then(|| yardstick(&scenario))))
+    });
     closed.publish().map_err(Failure::running)?;
-    let Told { outcome, written } = told.ok_or_else(|| {
+    let (Told { mut outcome, written }, yardstick) = told.ok_or_else(|| {
         let out = text::path(&out);
         Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
     })??;
+    outcome.yardstick = yardstick;
     let papers_law =
         if args.json { None } else { papers_law::of(args.scenario.as_deref(), &args.changes, args.seed, choice)? };
     outcome.print(args.json, &out, Telling { papers_law: papers_law.as_ref(), ..Telling::default() })?;

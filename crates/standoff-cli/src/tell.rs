@@ -87,6 +87,7 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
         traffic: manifest.traffic_told(),
         targets_mean: scorer.targets_mean(),
         metrics: Chosen { metrics: scorer.metrics(), choice },
+        yardstick: None,
         events,
         per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
         settings,

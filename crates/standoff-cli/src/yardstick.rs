@@ -5,7 +5,7 @@ use serde::Serialize;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::text;
 use standoff_sim::world::World;
-use standoff_sim::yardstick::{Watched, Yardstick, yardstick};
+use standoff_sim::yardstick::{SPEED_M_S, Watched, Yardstick, yardstick};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, print, warn};
@@ -68,19 +68,22 @@ fn table(told: &Told) -> String {
     let of = format!("{}, {}", count(*uavs, "UAV"), count(*targets, "target"));
     let mut table = format!("{}, seed {seed}: {of}, {duration_s} s\n\n", text::words(scenario));
     table += &format!("{:30} {:>10} {:>10}\n", "watched, % of target-time", "mover", "best discs");
-    for (whose, watched) in [("half as many as UAVs", yardstick.half), ("as many as UAVs", yardstick.all)] {
+    // Of a lone UAV both are one disc.
+    let half = (yardstick.half.discs < *uavs).then_some(("half as many as UAVs", yardstick.half));
+    for (whose, watched) in half.into_iter().chain([("as many as UAVs", yardstick.all)]) {
         let Watched { discs, mover_fraction, best_fraction } = watched;
         let discs = format!("{}, {whose}", count(discs, "disc"));
         table += &format!("{discs:30} {:>10} {:>10}\n", percent(mover_fraction), percent(best_fraction));
     }
     table += "\n";
-    let disc = format!("disc: what the largest orbit keeps in view, {:.0} m about its centre;", yardstick.disc_radius_m);
-    let mover = "mover: goes greedily at 20 m/s, sent anew each second;";
+    let disc =
+        format!("disc: what the largest orbit keeps in view, {:.0} m about its centre;", yardstick.disc_radius_m);
+    let mover = format!("mover: goes greedily at {SPEED_M_S} m/s, sent anew each second;");
     let best = "best discs: placed anew at every instant. All know where every target is. A yardstick, not a bound";
     table + &wrapped("* ", &format!("{disc} {mover} {best}"))
 }
 
 /// A share in percent.
-pub(crate) fn percent(share: Option<f64>) -> String {
+fn percent(share: Option<f64>) -> String {
     share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
 }

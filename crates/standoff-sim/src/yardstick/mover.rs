@@ -4,63 +4,96 @@ use standoff::{Displacement, Position};
 
 use super::disc::{best_disc, covers};
 
-/// How fast a disc moves at most, m/s.
+/// How fast a disc moves at most, m/s: UAVs that circle at Table I's speeds follow a centre that drives so fast.
 pub const SPEED_M_S: f64 = 20.0;
-/// Time on the way at which what is there counts half, s.
-pub const HALF_WORTH_S: f64 = 30.0;
+/// So long a way halves the worth of what is at its end, s.
+pub const HALVING_S: f64 = 60.0;
 
 /// Discs on their way.
 pub(super) struct Mover {
     pub(super) discs: Vec<Position>,
-    goals: Vec<Position>,
+    /// Where each goes; who has no goal stays, and keeps no other from what it covers.
+    goals: Vec<Option<Position>>,
     radius_m: f64,
+    /// Room that lives on.
     free: Vec<Position>,
 }
 
 impl Mover {
-    /// Discs that are set down in turn, each where it covers most of what those before leave, no further than `reach_m`
-    /// from its own start; where that is nothing, at its start.
-    pub(super) fn new(starts: &[Position], reach_m: f64, radius_m: f64, points: &[Position]) -> Self {
-        let mut mover = Self { discs: Vec::new(), goals: Vec::new(), radius_m, free: Vec::new() };
-        for start in starts {
-            mover.leave_free(points, usize::MAX);
-            let within = |distance_m: f64| f64::from(distance_m <= reach_m);
-            mover.goals.push(best_disc(&mover.free, radius_m, *start, within).unwrap_or(*start));
-        }
-        mover.discs.clone_from(&mover.goals);
-        mover
+    /// Discs where they start.
+    pub(super) fn new(discs: Vec<Position>, radius_m: f64) -> Self {
+        Self { goals: vec![None; discs.len()], discs, radius_m, free: Vec::new() }
     }
 
     /// Moves every disc towards its goal.
     pub(super) fn go(&mut self, dt_s: f64) {
         for (disc, goal) in self.discs.iter_mut().zip(&self.goals) {
-            let (off, distance_m) = (*goal - *disc, disc.distance_m(*goal));
-            let part = SPEED_M_S * dt_s / distance_m;
-            *disc =
-                if part < 1.0 { *disc + Displacement::from_m(part * off.x_m(), part * off.y_m()) } else { *goal };
+            let Some(goal) = goal else { continue };
+            let off = *goal - *disc;
+            let part = SPEED_M_S * dt_s / off.length_m();
+            *disc = if part < 1.0 { *disc + Displacement::from_m(part * off.x_m(), part * off.y_m()) } else { *goal };
         }
     }
 
-    /// Gives every disc in turn a new goal: the one worth most of what no other disc covers at its own goal. A disc is
-    /// worth what it covers, half as much if it is [`HALF_WORTH_S`] away, a third at twice that.
+    /// Gives every disc in turn a new goal: where it covers most of what no other disc covers at its own goal, each point
+    /// worth the less the longer the way there, 1 / (1 + way / [`HALVING_S`]).
     pub(super) fn decide(&mut self, points: &[Position]) {
-        for index in 0..self.discs.len() {
-            self.leave_free(points, index);
-            let worth = |distance_m: f64| 1.0 / (1.0 + distance_m / (SPEED_M_S * HALF_WORTH_S));
-            let goal = best_disc(&self.free, self.radius_m, self.discs[index], worth);
-            self.goals[index] = goal.unwrap_or(self.discs[index]);
+        let Self { discs, goals, radius_m, free } = self;
+        for (index, disc) in discs.iter().enumerate() {
+            let is_taken = |point: &Position| {
+                let mut others = goals.iter().enumerate().filter(|(other, _)| *other != index);
+                others.any(|(_, goal)| goal.is_some_and(|goal| covers(goal, *radius_m, *point)))
+            };
+            free.clear();
+            free.extend(points.iter().filter(|point| !is_taken(point)));
+            let worth = |way_m: f64| 1.0 / (1.0 + way_m / (SPEED_M_S * HALVING_S));
+            goals[index] = best_disc(free, *radius_m, *disc, worth);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x_m: f64) -> Position {
+        Position::from_m(x_m, 0.0)
+    }
+
+    /// 2,000 m at 20 m/s: 100 s, and the target is covered when the rim comes there, in the second that ends 85 s later: (2000 - 310) / 20 = 84.5.
+    #[test]
+    fn a_disc_takes_its_way_at_20_m_s() {
+        let mut mover = Mover::new(vec![at(0.0)], 310.0);
+        let target = [at(2000.0)];
+        let mut covered = Vec::new();
+        for _ in 0..110 {
+            mover.decide(&target);
+            mover.go(1.0);
+            covered.push(covers(mover.discs[0], 310.0, target[0]));
+        }
+        assert_eq!(covered.iter().position(|covered| *covered), Some(84));
+        assert_eq!(mover.discs, target);
+    }
+
+    /// Two are worth as much as the one at hand a minute away, 1,200 m: 2 / (1 + 60 s / 60 s) = 1.
+    #[test]
+    fn a_disc_leaves_one_for_two_that_are_near_and_not_for_two_that_are_far() {
+        for (way_m, gone_m) in [(1150.0, 20.0), (1250.0, 0.0)] {
+            let mut mover = Mover::new(vec![at(0.0)], 10.0);
+            mover.decide(&[at(0.0), at(way_m), at(way_m)]);
+            mover.go(1.0);
+            assert!(mover.discs[0].distance_m(at(gone_m)) < 0.1, "{way_m} m: {:?}", mover.discs);
         }
     }
 
-    /// The points that no disc but the one of this place covers at its goal.
-    fn leave_free(&mut self, points: &[Position], but: usize) {
-        let Self { goals, radius_m, free, .. } = self;
-        let is_other = |place: usize| place != but;
-        let is_taken = |point: &Position| {
-            let mut others = goals.iter().enumerate().filter(|(place, _)| is_other(*place));
-            others.any(|(_, goal)| covers(*goal, *radius_m, *point))
-        };
-        free.clear();
-        free.extend(points.iter().filter(|point| !is_taken(point)));
+    /// What another disc goes for is left to it. Who has nothing to go for stays, and does not hold the other.
+    #[test]
+    fn no_two_discs_go_for_the_same() {
+        let mut mover = Mover::new(vec![at(0.0), at(0.0)], 50.0);
+        for target_m in [40.0, 80.0, 120.0] {
+            mover.decide(&[at(target_m)]);
+            mover.go(10.0);
+            assert_eq!(mover.discs, [at(target_m), at(0.0)]);
+        }
     }
 }
