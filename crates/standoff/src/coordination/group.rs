@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Vector6};
 use crate::coordination::event::EventKind;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
-use crate::coordination::spread::{furthest_from, margin_m, spread_in};
+use crate::coordination::spread::{furthest_from, margin_m, spread_in, spread_of};
 use crate::coordination::wanted_centre::{WantedCentre, circle_in};
 use crate::estimation::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::estimation::track::TrackId;
@@ -156,7 +156,11 @@ impl Group {
         let (params, uav) = (&team.group, &team.uav);
         let at = self.centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
-        let spread = wanted.spread(&furthest.estimate().state, &at);
+        let spread = match params.motion.response_s > 0.0 && smoothed.is_some() {
+            // About the centre as it is flown.
+            true => spread_of(&furthest.estimate().state, &at),
+            false => wanted.spread(&furthest.estimate().state, &at),
+        };
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
@@ -168,7 +172,9 @@ impl Group {
             };
             let flown = radius(&self.standoff).follow(&radius(&standoff), &params.motion, dt.s());
             standoff.distance_m = flown.at_m[0].clamp(params.standoff.radius_min_m, params.standoff.radius_max_m);
-            standoff.rate_m_s = flown.rate_m_s[0];
+            standoff.rate_m_s = if standoff.distance_m == flown.at_m[0] {
+                flown.rate_m_s[0].clamp(-params.motion.approach_max_m_s, params.motion.approach_max_m_s)
+            } else { 0.0 };
         }
         let steered = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,

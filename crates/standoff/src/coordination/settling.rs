@@ -186,7 +186,7 @@ impl Settling<'_> {
     /// A group takes a target in that nobody passes to it. A member is in view; until then the orbit only makes room for
     /// it, if there is a dwell.
     fn receive(&mut self, place: usize, id: GroupId) {
-        let at_once = self.params.group.dwell_max_s <= 0.0 || self.is_seen_by_all(place, id);
+        let at_once = self.params.group.dwell_max_s <= 0.0 || self.is_held_by(place, id);
         let (requested_at, dwell) = (self.now, Duration::ZERO);
         let membership = match at_once {
             true => Membership::Member(id),

@@ -5,6 +5,7 @@ use crate::coordination::group_id::GroupId;
 use crate::coordination::handoff::{Handoff, dwell_s};
 use crate::coordination::memberships::Membership;
 use crate::coordination::settling::{Room, Settling};
+use crate::math;
 use crate::time::Duration;
 
 impl Settling<'_> {
@@ -89,7 +90,7 @@ impl Settling<'_> {
         let is_last = elapsed.s() >= self.params.group.dwell_max_s;
         if handoff.from.is_some() && wanted != handoff.to {
             self.withdraw(place, WithdrawalReason::WantedElsewhere);
-        } else if self.is_seen_by_all(place, handoff.to) || (is_last && self.views(place, handoff.to).any(|seen| seen))
+        } else if self.is_held_by(place, handoff.to) || (is_last && self.views(place, handoff.to).any(|seen| seen))
         {
             self.complete(place, CompletionReason::Received);
         } else if is_last {
@@ -108,10 +109,21 @@ impl Settling<'_> {
         })
     }
 
-    /// Every UAV of the group sees it, and there is one.
-    pub(super) fn is_seen_by_all(&self, place: usize, group: GroupId) -> bool {
+    /// Every UAV of the group sees it, and there is one; and where the orbit takes its time, it has made room for it: the
+    /// target is where the orbit as it is flown keeps targets in view.
+    pub(super) fn is_held_by(&self, place: usize, group: GroupId) -> bool {
         let mut views = self.views(place, group);
-        views.next().is_some_and(|first| first && views.all(|seen| seen))
+        let is_seen = views.next().is_some_and(|first| first && views.all(|seen| seen));
+        is_seen && (self.params.group.motion.response_s <= 0.0 || self.is_inside(place, group))
+    }
+
+    /// From the group's orbit as it was flown last, a target is within the field of view wherever on it a UAV is.
+    fn is_inside(&self, place: usize, group: GroupId) -> bool {
+        let half_rad = 0.5 * self.params.track.sensor.field_of_view_rad;
+        self.last(group).is_none_or(|group| {
+            let held_m = group.standoff.distance_m * math::sin(half_rad.min(0.5 * math::PI));
+            self.known()[place].position().distance_m(group.centre.estimate().state.position()) <= held_m
+        })
     }
 
     pub(super) fn complete(&mut self, place: usize, reason: CompletionReason) {
