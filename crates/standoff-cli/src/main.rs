@@ -111,6 +111,7 @@ Examples:
   standoff monte-carlo paper/table-2-pair --runs 200  how it goes on average
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
                                                       what a change does
+  standoff yardstick traffic/city --uavs 4            what could be watched
   standoff scenarios tour/01-one-uav > mine.toml      begin one of your own
   standoff check mine.toml
   standoff show standoff-out/best/figure-9-1          tell a run again

@@ -154,6 +154,8 @@ impl Outcome {
         }
         told += "\n";
         told += &self.custody();
+        told += &self.beside_yardstick();
+        told += if told.ends_with("\n\n") { "" } else { "\n" };
         told += &self.table(telling.papers_law);
         let is_told = |metric: &str| telling.papers_law.is_none() || BESIDE_PAPERS_LAW.contains(&metric);
         for word in goals::words(&self.metrics, &self.events, &self.settings, is_told) {
@@ -199,18 +201,19 @@ impl Outcome {
             let whose = whose.map_or_else(String::new, |one| format!(", {}", text::words(&named(&one.target))));
             told += &format!("longest gap   {gap_s:.1} s in no UAV's view{whose}\n");
         }
-        told += &self.beside_yardstick().unwrap_or_default();
-        if told.is_empty() { told } else { told + "\n" }
+        told
     }
 
-    /// What was watched beside what as many discs as UAVs would, whole percent.
-    fn beside_yardstick(&self) -> Option<String> {
-        let all = self.yardstick.as_ref()?.all;
+    /// What was watched beside what as many discs as UAVs would, whole percent; nothing if it was not asked for.
+    fn beside_yardstick(&self) -> String {
+        let Some(Yardstick { all, .. }) = self.yardstick else { return String::new() };
         let percent =
             |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
         let (watched, yardstick) = (self.metrics.get("watched_fraction").flatten(), all.mover_fraction);
-        let what = format!("{} that know where every target is, at {SPEED_M_S} m/s", count(all.discs, "greedy disc"));
-        Some(format!("watched {}, yardstick {}: {what}\n", percent(watched), percent(yardstick)))
+        let know = if all.discs == 1 { "knows" } else { "know" };
+        let discs = count(all.discs, "greedy disc");
+        let what = format!("{discs} that {know} where every target is, at {SPEED_M_S} m/s");
+        format!("watched {}, yardstick {}: {what}\n", percent(watched), percent(yardstick))
     }
 
     fn table(&self, papers_law: Option<&Metrics>) -> String {

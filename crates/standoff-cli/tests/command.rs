@@ -354,7 +354,7 @@ fn help_is_as_wide_in_every_pipe_and_examples_stay_in_line() {
     // What is told of a command goes on in the next line.
     let names = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     commands.extend(names.map(|name| vec![name, "--help"]));
-    assert_eq!(commands.len(), 11, "{commands:?}");
+    assert_eq!(commands.len(), 12, "{commands:?}");
     for command in commands {
         let help = text(&standoff(folder.path(), &command).stdout);
         let widest = help.lines().max_by_key(|line| line.chars().count()).unwrap();
@@ -427,6 +427,45 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["show", "mine"], &["mine"]);
     check_refused(&["show", "nowhere"], &["nowhere"]);
     check_refused(&["fly"], &["fly"]);
+}
+
+/// Two vehicles 2 km apart and one UAV: a disc holds one of them.
+#[test]
+fn a_yardstick_is_told_of_a_scenario_and_beside_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let apart = "targets={ acceleration_sd_m_s2 = 0.0, at = [{ x_m = 0.0 }, { x_m = 2000.0 }] }";
+    let of = |args: &[&str]| {
+        let output = standoff(folder.path(), &[args, &["tour/01-one-uav", "--set", apart]].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let one: Value = serde_json::from_str(r#"{"discs": 1, "mover_fraction": 0.5, "best_fraction": 0.5}"#).unwrap();
+    let two: Value = serde_json::from_str(r#"{"discs": 2, "mover_fraction": 1.0, "best_fraction": 1.0}"#).unwrap();
+    let told: Value = serde_json::from_str(&of(&["yardstick", "--json", "--uavs", "2"])).unwrap();
+    assert_eq!((&told["yardstick"]["half"], &told["yardstick"]["all"]), (&one, &two));
+    assert_eq!((&told["uavs"], &told["targets"], &told["seed"]), (&2.into(), &2.into(), &1.into()));
+    let table = of(&["yardstick", "--uavs", "2"]);
+    assert!(table.contains("1 disc, half as many as UAVs         50.0       50.0\n"), "{table}");
+    assert!(table.contains("2 discs, as many as UAVs            100.0      100.0\n"), "{table}");
+    assert!(!of(&["yardstick"]).contains("half as many"), "of a lone UAV both are one");
+    assert!(names(folder.path()).is_empty(), "nothing is written");
+
+    let run = of(&["run", "--yardstick", "--out", "o"]);
+    assert!(run.contains(" %, yardstick 50 %: 1 greedy disc that knows where every target is, at 20 m/s\n\n"), "{run}");
+    let json: Value = serde_json::from_str(&of(&["run", "--yardstick", "--json", "--out", "o"])).unwrap();
+    assert_eq!(json["yardstick"]["all"], one);
+    let files = || {
+        names(&folder.path().join("o"))
+            .iter()
+            .map(|name| fs::read(folder.path().join("o").join(name)).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let beside = files();
+    of(&["run", "--out", "o"]);
+    assert!(files() == beside, "a yardstick changes what is written");
+    check_refused(&["yardstick", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
+    check_refused(&["yardstick", "bad.toml"], &["error: uavs.count = 0: must be at least 1 and at most 100"]);
+    check_refused(&["yardstick", "--uavs", "2", "--set", "uavs.count=3"], &["contradict each other"]);
 }
 
 #[test]

@@ -4,9 +4,9 @@ use standoff::{Displacement, Position};
 
 /// Centres are told apart to this share of the radius.
 const FINENESS: f64 = 1.0 / 64.0;
-/// A search ends after so many squares: over the 362 vehicles of a town quarter it takes some thousand, without an end
-/// only where numbers are too coarse for the radius.
-const SQUARES_MAX: u32 = 200_000;
+/// A search ends after so many squares. Over the hundreds of vehicles of a town quarter it takes 400; it is without an end
+/// where numbers are too coarse for the radius.
+const SQUARES_MAX: u32 = 50_000;
 /// So often a disc is moved towards the furthest point that it covers, each time by less.
 const CENTRINGS: u32 = 40;
 /// Half the diagonal of a square over half its side.
