@@ -4,6 +4,7 @@
 //! other way round. One disc stands for a group, so that half as many as UAVs are what pairs would watch, and as many as
 //! UAVs what UAVs would alone.
 
+mod cover;
 mod disc;
 mod mover;
 mod placed;
@@ -13,9 +14,10 @@ use standoff::{Position, Time};
 
 use crate::scenario::Scenario;
 use crate::world::World;
+use cover::covered;
 use mover::Mover;
 pub use mover::{HALVING_S, SPEED_M_S};
-use placed::{covered, place};
+use placed::place;
 
 /// Time after which the mover decides anew, us.
 const DECISION_US: i64 = 1_000_000;

@@ -2,7 +2,7 @@
 
 use standoff::{Displacement, Position};
 
-use super::disc::{best_disc, covers};
+use super::cover::Cover;
 
 /// How fast a disc moves at most, m/s: UAVs that circle at Table I's speeds follow a centre that drives so fast.
 pub const SPEED_M_S: f64 = 20.0;
@@ -15,14 +15,12 @@ pub(super) struct Mover {
     /// Where each goes; who has no goal stays, and keeps no other from what it covers.
     goals: Vec<Option<Position>>,
     radius_m: f64,
-    /// Room that lives on.
-    free: Vec<Position>,
 }
 
 impl Mover {
     /// Discs where they start.
     pub(super) fn new(discs: Vec<Position>, radius_m: f64) -> Self {
-        Self { goals: vec![None; discs.len()], discs, radius_m, free: Vec::new() }
+        Self { goals: vec![None; discs.len()], discs, radius_m }
     }
 
     /// Moves every disc towards its goal.
@@ -38,29 +36,27 @@ impl Mover {
     /// Gives every disc in turn a new goal: where it covers most of what no other disc covers at its own goal, each point
     /// worth the less the longer the way there, 1 / (1 + way / [`HALVING_S`]).
     pub(super) fn decide(&mut self, points: &[Position]) {
-        let Self { discs, goals, radius_m, free } = self;
-        for (index, disc) in discs.iter().enumerate() {
-            let is_taken = |point: &Position| {
-                let mut others = goals.iter().enumerate().filter(|(other, _)| *other != index);
-                others.any(|(_, goal)| goal.is_some_and(|goal| covers(goal, *radius_m, *point)))
-            };
-            free.clear();
-            free.extend(points.iter().filter(|point| !is_taken(point)));
-            let worth = |way_m: f64| 1.0 / (1.0 + way_m / (SPEED_M_S * HALVING_S));
-            goals[index] = best_disc(free, *radius_m, *disc, worth);
+        let worth = |way_m: f64| 1.0 / (1.0 + way_m / (SPEED_M_S * HALVING_S));
+        let mut cover = Cover::of(self.goals.iter().copied().flatten(), self.radius_m, points);
+        for (disc, goal) in self.discs.iter().zip(&mut self.goals) {
+            goal.iter().for_each(|goal| cover.remove(*goal));
+            *goal = cover.best(*disc, worth);
+            goal.iter().for_each(|goal| cover.add(*goal));
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::disc::covers;
     use super::*;
 
     fn at(x_m: f64) -> Position {
         Position::from_m(x_m, 0.0)
     }
 
-    /// 2,000 m at 20 m/s: 100 s, and the target is covered when the rim comes there, in the second that ends 85 s later: (2000 - 310) / 20 = 84.5.
+    /// 2,000 m at 20 m/s: 100 s. The target is covered when the rim comes there, (2000 - 310) / 20 = 84.5 s: from the 85th
+    /// second on.
     #[test]
     fn a_disc_takes_its_way_at_20_m_s() {
         let mut mover = Mover::new(vec![at(0.0)], 310.0);
