@@ -283,20 +283,20 @@ tables! {
         /// Time constant with which the radius steered for follows r_d, s; 0: at once, as in the paper.
         smoothing_s = 0.0;
         /// Time constant with which the orbit's centre and radius follow what they should be, s; 0: at once.
-        response_s = 0.0;
+        response_s = 1.5;
         /// Largest acceleration of the orbit's centre and radius, m/s2.
-        acceleration_max_m_s2 = 1.0;
+        acceleration_max_m_s2 = 3.0;
         /// Fastest that centre and radius approach what they should be, m/s.
-        approach_max_m_s = 10.0;
+        approach_max_m_s = 25.0;
         /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius.
-        take_back_fraction = 0.9;
+        take_back_fraction = 0.97;
     } words {
         /// `standard-deviations` of the furthest target's relative position, in metres, or `mahalanobis` as printed (16).
         margin: Margin = StandardDeviations;
         /// The centre: `filtered`, the members' `centroid` itself, or that of the `smallest-circle` about them.
-        centre: Centre = Filtered;
+        centre: Centre = SmallestCircle;
         /// Sensors point at the group's `centre`, or at the `middle` of its members as each UAV sees them.
-        aim: Aim = Centre;
+        aim: Aim = Middle;
         /// When members change, the centre `shift`s by the known jump, or the filter takes it for an innovation (`filter`).
         on_membership_change: OnMembershipChange = Shift;
     }
@@ -318,7 +318,7 @@ tables! {
         /// UAVs are not sent to targets that they cannot have within sensing range after this time, s.
         reach_ahead_s = 30.0;
         /// What staying with its group counts for a UAV in the assignment (`log-det`), in ln det per target.
-        assignment_inertia = 0.5;
+        assignment_inertia = 10.0;
         /// Altitude of the lowest orbit, m.
         altitude_lowest_m = 300.0;
         /// From one group's altitude to the next, m.
@@ -327,11 +327,11 @@ tables! {
         separation_alarm_m = 50.0;
     } words {
         /// How many groups: `half` as many as UAVs, or as many as are `needed`.
-        count: GroupCount = Half;
+        count: GroupCount = Needed;
         /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
         objective: Objective = LogDet;
         /// Where an orbit cannot hold all, the `furthest` goes, or who is most `widening` it.
-        discard: Discard = Furthest;
+        discard: Discard = Widening;
     }
 
     /// `[guidance]`: the law's gains.
@@ -341,7 +341,7 @@ tables! {
         /// With `lead = "constant"`: k_rd of active measure 2 (22), s; 0 switches it off.
         lead_s = 3.0;
         /// k_omega (24), 1/s.
-        heading_gain_1_s = 2.0;
+        heading_gain_1_s = 1.0;
         /// Gain on the turn rate's distance from the feedforward; 0, as in the paper: none.
         turn_rate_gain = 0.0;
         /// k_v (35), 1/s.
