@@ -8,7 +8,7 @@ use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, refused};
 
 /// The keys of the paper's law, for missions that are flown otherwise.
-pub(crate) const PAPERS_LAW: [&str; 8] = [
+pub(crate) const PAPERS_LAW: [&str; 15] = [
     "guidance.feedforward=exact",
     "guidance.turn_rate_gain=0",
     "guidance.lead=constant",
@@ -17,6 +17,13 @@ pub(crate) const PAPERS_LAW: [&str; 8] = [
     "orbit.margin=mahalanobis",
     "orbit.on_membership_change=filter",
     "orbit.centre=filtered",
+    "orbit.aim=centre",
+    "orbit.response_s=0",
+    "orbit.take_back_fraction=0.9",
+    "groups.count=half",
+    "groups.discard=furthest",
+    "groups.assignment_inertia=0.5",
+    "guidance.heading_gain_1_s=2",
 ];
 
 /// What the paper's law comes to in the mission that is flown where none is named, changed alike, from the same starts

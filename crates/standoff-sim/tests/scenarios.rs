@@ -48,11 +48,20 @@ fn the_resolved_scenario_resolves_to_itself() {
 }
 
 #[test]
-fn table_1_is_the_default() {
+fn table_1_is_the_default_but_for_what_gains() {
     let scenario = load(TARGET).unwrap();
-    let table_1 = standoff::TeamParams::table_1();
+    let mut table_1 = standoff::TeamParams::table_1();
     assert_eq!(scenario.settings.team.uav, table_1.uav);
+    table_1.guidance.heading_gain_1_s = 1.0;
     assert_eq!(scenario.settings.team.guidance, table_1.guidance);
+    table_1.group.count = standoff::GroupCount::Needed;
+    table_1.group.centre = standoff::CentreEstimate::SmallestCircle;
+    table_1.group.aim = standoff::Aim::Middle;
+    table_1.group.discard = standoff::Discard::Widening;
+    table_1.group.motion =
+        standoff::MotionParams { response_s: 1.5, acceleration_max_m_s2: 3.0, approach_max_m_s: 25.0 };
+    table_1.group.take_back_fraction = 0.97;
+    table_1.group.assignment_inertia = 10.0;
     assert_eq!(scenario.settings.team.group, table_1.group);
     assert_eq!(scenario.settings.team.track.sensor, table_1.track.sensor);
 }
@@ -526,7 +535,14 @@ fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
         "orbit.on_membership_change",
         "orbit.centre",
         "orbit.aim",
+        "orbit.response_s",
+        "orbit.acceleration_max_m_s2",
+        "orbit.approach_max_m_s",
+        "orbit.take_back_fraction",
+        "groups.count",
         "groups.discard",
+        "groups.assignment_inertia",
+        "guidance.heading_gain_1_s",
         "guidance.lead",
         "guidance.lead_s",
         "guidance.speed_reference",
