@@ -1,6 +1,6 @@
 //! How groups come into being and end.
 
-use crate::coordination::clustering::Clusters;
+use crate::coordination::clustering::{Clusters, group_count};
 use crate::coordination::event::{
     CompletionReason, DissolutionReason, Event, EventKind, FoundingReason, WithdrawalReason,
 };
@@ -16,13 +16,13 @@ impl Settling<'_> {
     ///
     /// Implements Algorithm 1's place in the mission.
     pub(super) fn found_first(&mut self, wanted: usize) {
-        if self.params.group.count == GroupCount::Needed {
+        self.agenda.next_review = self.now + Duration::from_s(self.params.group.review_period_s);
+        let live: Vec<usize> = self.places(|known| !known.track.is_lost());
+        let clusters = self.clustered(&live, group_count(self.team.len(), live.len()));
+        if self.params.group.count == GroupCount::Needed && !self.all_are_held(&live, &clusters) {
             while self.groups() < wanted && self.found_another() {}
-            self.agenda.next_review = self.now + Duration::from_s(self.params.group.review_period_s);
             return;
         }
-        let live: Vec<usize> = self.places(|known| !known.track.is_lost());
-        let clusters = self.clustered(&live, wanted);
         // Groups are numbered by their first target.
         let mut ids: Vec<(usize, GroupId)> = Vec::new();
         for (cluster, place) in clusters.iter().zip(&live) {
@@ -39,7 +39,13 @@ impl Settling<'_> {
         for (_, id) in ids {
             self.tell_of_founding(id, FoundingReason::First);
         }
-        self.agenda.next_review = self.now + Duration::from_s(self.params.group.review_period_s);
+    }
+
+    /// One orbit for each cluster has room for all of it.
+    fn all_are_held(&self, places: &[usize], clusters: &[usize]) -> bool {
+        let of = |cluster| places.iter().zip(clusters).filter(move |(_, of)| **of == cluster).map(|(place, _)| *place);
+        let count = clusters.iter().max().map_or(0, |last| last + 1);
+        (0..count).all(|cluster| self.required(of(cluster)).is_none_or(|orbit| orbit.leaves_room(&self.params.group)))
     }
 
     fn tell_of_founding(&mut self, id: GroupId, reason: FoundingReason) {
@@ -170,7 +176,9 @@ impl Settling<'_> {
         let first = || self.known().iter().position(Known::is_unassigned).into_iter().collect();
         let founders: Vec<usize> = if together.is_empty() { first() } else { together };
         if founders.is_empty() {
-            return self.params.group.count == GroupCount::Half && self.split();
+            // Where everybody is held, there are as many groups as can have two UAVs each.
+            let live = self.known().iter().filter(|known| !known.track.is_lost()).count();
+            return self.groups() < group_count(self.team.len(), live) && self.split();
         }
         self.found(&founders);
         true
