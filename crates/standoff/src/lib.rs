@@ -48,7 +48,7 @@ pub use estimation::track::{LossReason, Track, TrackId, TrackParams, TrackStatus
 pub use fleet::Fleet;
 pub use frame::{Displacement, Position, Velocity};
 pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedReference, Steering};
-pub use guidance::orbit_motion::MotionParams;
+pub use guidance::orbit_motion::{MotionParams, OrbitMotion};
 pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
 pub use guidance::vector_field::{Sense, VectorField};
 pub use message::{Cue, Detection, Message, Report, Scan, TargetLabel};
@@ -58,6 +58,8 @@ pub use sensor::{RangeBearing, SensorParams};
 pub use smallest_circle::{CircleMotion, SmallestCircle};
 pub use step::{Diagnostics, LookAt, Observation, Step};
 pub use target::{TargetParams, TargetState, Transition};
-pub use team::{Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, TeamParams};
+pub use team::{
+    Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, TeamParams,
+};
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

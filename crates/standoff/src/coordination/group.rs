@@ -5,13 +5,13 @@ use nalgebra::{Matrix2, Vector6};
 use crate::coordination::event::EventKind;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
-use crate::coordination::spread::{furthest_from, margin_m, spread_in, spread_of};
+use crate::coordination::spread::{furthest_from, margin_m, spread_in};
 use crate::coordination::wanted_centre::{WantedCentre, circle_in};
 use crate::estimation::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
-use crate::guidance::orbit_motion::Motion;
+use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 use crate::target::Transition;
@@ -98,7 +98,7 @@ impl Group {
             members_when_assigned: 0,
             alarms: Alarms::default(),
         };
-        group.fit_orbit(&wanted, &centroid.mean.position_covariance(), known, members, None, team)?;
+        group.fit_orbit(&wanted, &centroid.mean.position_covariance(), known, members, None, None, team)?;
         Some(group)
     }
 
@@ -115,7 +115,7 @@ impl Group {
         let wanted = WantedCentre::of(team.group.centre, known, members.clone())?;
         let centroid_m2 = mean_position_covariance(estimates.clone(), wanted.members);
         self.members = wanted.members;
-        let was = self.centre.estimate().state;
+        let flown = OrbitMotion::start(&self.centre.estimate().state, &self.standoff);
         let is_unchanged = before.clone().eq(members.clone());
         if !is_unchanged {
             // With other members it is another orbit, and patience begins anew.
@@ -133,48 +133,45 @@ impl Group {
                 self.centre = GroupCentre::at(&Centroid::of(estimates)?.at(&wanted.state), innovation_distance)?;
             }
         }
-        if team.group.motion.response_s > 0.0 {
-            let wanted = Motion::of(&self.centre.estimate().state);
-            let flown = Motion::of(&was).follow(&wanted, &team.group.motion, transition.dt.s());
-            self.centre = self.centre.moved_to(flown.at_m, flown.rate_m_s);
+        let motion = &team.group.motion;
+        let flown =
+            (!motion.is_at_once()).then(|| flown.centred_on(&self.centre.estimate().state, motion, transition.dt.s()));
+        if let Some(flown) = &flown {
+            self.centre = self.centre.moved_to(&flown.state());
         }
-        let smoothed = (is_unchanged || team.group.motion.response_s > 0.0).then_some((self.smoothed, transition.dt));
-        self.fit_orbit(&wanted, &centroid_m2, known, members, smoothed, team)
+        let smoothed = (is_unchanged || flown.is_some()).then_some((self.smoothed, transition.dt));
+        self.fit_orbit(&wanted, &centroid_m2, known, members, flown, smoothed, team)
     }
 
     /// Fits the orbit to the centre and the members as they are now. `centroid_m2` is the covariance of their centroid's
-    /// position, m2; `smoothed` what was steered for before, and how long ago.
+    /// position, m2; `flown` the orbit whose centre has followed already, and whose radius shall; `smoothed` what was
+    /// steered for before, and how long ago.
+    #[expect(clippy::too_many_arguments)]
     fn fit_orbit(
         &mut self,
         wanted: &WantedCentre,
         centroid_m2: &Matrix2<f64>,
         known: &[Known],
         members: impl Iterator<Item = usize> + Clone,
+        flown: Option<OrbitMotion>,
         smoothed: Option<(Ramp, Duration)>,
         team: &TeamParams,
     ) -> Option<()> {
         let (params, uav) = (&team.group, &team.uav);
         let at = self.centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
-        let spread = match params.motion.response_s > 0.0 && smoothed.is_some() {
+        let spread = match flown {
             // About the centre as it is flown.
-            true => spread_of(&furthest.estimate().state, &at),
-            false => wanted.spread(&furthest.estimate().state, &at),
+            Some(_) => Spread::of(&furthest.estimate().state, &at),
+            None => wanted.spread(&furthest.estimate().state, &at),
         };
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
         let mut standoff = params.standoff.distance(spread, margin_m);
-        if let Some((_, dt)) = smoothed.filter(|_| params.motion.response_s > 0.0) {
-            let radius = |standoff: &StandoffDistance| Motion {
-                at_m: nalgebra::Vector1::new(standoff.distance_m),
-                rate_m_s: nalgebra::Vector1::new(standoff.rate_m_s),
-            };
-            let flown = radius(&self.standoff).follow(&radius(&standoff), &params.motion, dt.s());
-            standoff.distance_m = flown.at_m[0].clamp(params.standoff.radius_min_m, params.standoff.radius_max_m);
-            standoff.rate_m_s = if standoff.distance_m == flown.at_m[0] {
-                flown.rate_m_s[0].clamp(-params.motion.approach_max_m_s, params.motion.approach_max_m_s)
-            } else { 0.0 };
+        if let Some((flown, (_, dt))) = flown.zip(smoothed) {
+            let flown = flown.widened_to(&standoff, &params.standoff, &params.motion, dt.s());
+            (standoff.distance_m, standoff.rate_m_s) = (flown.radius_m, flown.rate_m_s);
         }
         let steered = match team.guidance.lead {
             Lead::Constant(_) | Lead::Scheduled => standoff,

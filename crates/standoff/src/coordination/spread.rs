@@ -8,22 +8,13 @@ use crate::guidance::standoff_distance::Spread;
 use crate::target::TargetState;
 use crate::team::Margin;
 
-/// How far the furthest member is from the centre, and how fast that grows.
-pub(crate) fn spread_of(furthest: &TargetState, centre: &TargetState) -> Spread {
-    let member_rel_centre = (furthest.position() - centre.position()).vector();
-    let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
-    let distance_m = (furthest.position() - centre.position()).length_m();
-    let rate_m_s = if distance_m > 0.0 { member_rel_centre.dot(&velocity_rel_centre) / distance_m } else { 0.0 };
-    Spread { distance_m, rate_m_s }
-}
-
 /// The largest spread of members about their centre `in_s` seconds from now, if they keep their velocities.
 pub(crate) fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &TargetState) -> Spread {
     let later = |state: &TargetState| {
         TargetState::new(state.position() + state.velocity() * in_s, state.velocity(), [0.0, 0.0])
     };
     let centre = later(centre);
-    let spreads = members.map(|member| spread_of(&later(&member), &centre));
+    let spreads = members.map(|member| Spread::of(&later(&member), &centre));
     spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
 }
 

@@ -1,7 +1,7 @@
 //! Where a set of targets wants the centre of its orbit, and how far it spreads about that.
 
 use crate::coordination::memberships::Known;
-use crate::coordination::spread::{furthest_from, spread_of};
+use crate::coordination::spread::furthest_from;
 use crate::estimation::group_centre::mean_state;
 use crate::frame::{Position, Velocity};
 use crate::guidance::standoff_distance::Spread;
@@ -41,7 +41,7 @@ impl WantedCentre {
 
     /// How far targets spread about a centre, by the rule that put it there: `furthest` is the furthest from it.
     pub(crate) fn spread(&self, furthest: &TargetState, centre: &TargetState) -> Spread {
-        self.circle.unwrap_or_else(|| spread_of(furthest, centre))
+        self.circle.unwrap_or_else(|| Spread::of(furthest, centre))
     }
 
     /// From further than this, m, no further target fits into an orbit that holds those within `orbit_m` of its centre.

@@ -4,7 +4,7 @@
 //! the members' position covariances over n^2. The filter filters what is already filtered, so its own covariance is
 //! too small to take a margin from.
 
-use nalgebra::{Matrix2, Vector2, Vector6};
+use nalgebra::{Matrix2, Vector6};
 
 use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
@@ -111,12 +111,10 @@ impl GroupCentre {
         Self { filter: self.filter.shifted(by), ..*self }
     }
 
-    /// Puts the centre elsewhere, m, moving at so many m/s.
+    /// Puts the centre elsewhere.
     #[must_use]
-    pub(crate) fn moved_to(&self, at_m: Vector2<f64>, rate_m_s: Vector2<f64>) -> Self {
-        let now = self.estimate().state.0;
-        let there = Vector6::new(at_m.x, rate_m_s.x, 0.0, at_m.y, rate_m_s.y, 0.0);
-        self.shifted(&(there - now))
+    pub(crate) fn moved_to(&self, there: &TargetState) -> Self {
+        self.shifted(&(there.0 - self.estimate().state.0))
     }
 
     /// Mean and covariance of the centre.

@@ -12,6 +12,7 @@
 
 use crate::math;
 use crate::param::{Allowed, ParamError};
+use crate::target::TargetState;
 
 /// Bounds and margins of the standoff distance.
 ///
@@ -48,6 +49,17 @@ pub struct Spread {
     pub distance_m: f64,
     /// d_max', m/s.
     pub rate_m_s: f64,
+}
+
+impl Spread {
+    /// That of the member furthest from a centre.
+    pub fn of(furthest: &TargetState, centre: &TargetState) -> Self {
+        let member_rel_centre = (furthest.position() - centre.position()).vector();
+        let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
+        let distance_m = (furthest.position() - centre.position()).length_m();
+        let rate_m_s = if distance_m > 0.0 { member_rel_centre.dot(&velocity_rel_centre) / distance_m } else { 0.0 };
+        Self { distance_m, rate_m_s }
+    }
 }
 
 /// A standoff distance and its rate.

@@ -138,7 +138,14 @@ pub struct GroupParams {
 impl GroupParams {
     /// Every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = errors_of([("standoff", self.standoff.errors())]);
+        let mut errors = errors_of([("standoff", self.standoff.errors()), ("motion", self.motion.errors())]);
+        if self.centre == CentreEstimate::Filtered && self.motion.response_s > 0.0 {
+            Allowed::exactly(0.0)
+                .because(
+                    "a filtered centre has its own motion; with another, centre is the centroid or the smallest circle",
+                )
+                .check("motion.response_s", self.motion.response_s, &mut errors);
+        }
         if let Margin::StandardDeviations(sds) = self.margin {
             Allowed::at_least(0.0).at_most(100.0).check("margin_sds", sds, &mut errors);
         }
@@ -168,5 +175,29 @@ impl GroupParams {
     /// Largest distance from the centre, without any margin, of a target that a group with room to spare holds, m.
     pub(crate) fn reach_m(&self) -> f64 {
         self.take_back_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::team::TeamParams;
+
+    /// The filter would carry on from where the motion has put the centre: neither would be what it says.
+    #[test]
+    fn a_filtered_centre_has_no_other_motion() {
+        let mut params = TeamParams::table_1().group;
+        params.motion.response_s = 1.5;
+        let told: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            told,
+            ["motion.response_s = 1.5: must be exactly 0 (a filtered centre has its own motion; with another, centre \
+                 is the centroid or the smallest circle)"]
+        );
+        for centre in [CentreEstimate::Centroid, CentreEstimate::SmallestCircle] {
+            assert!(GroupParams { centre, ..params }.errors().is_empty());
+        }
+        params.motion = MotionParams { response_s: 61.0, ..params.motion };
+        assert_eq!(GroupParams { centre: CentreEstimate::Centroid, ..params }.errors()[0].path, "motion.response_s");
     }
 }

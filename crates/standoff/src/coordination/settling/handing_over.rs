@@ -90,8 +90,7 @@ impl Settling<'_> {
         let is_last = elapsed.s() >= self.params.group.dwell_max_s;
         if handoff.from.is_some() && wanted != handoff.to {
             self.withdraw(place, WithdrawalReason::WantedElsewhere);
-        } else if self.is_held_by(place, handoff.to) || (is_last && self.views(place, handoff.to).any(|seen| seen))
-        {
+        } else if self.is_held_by(place, handoff.to) || (is_last && self.views(place, handoff.to).any(|seen| seen)) {
             self.complete(place, CompletionReason::Received);
         } else if is_last {
             self.withdraw(place, WithdrawalReason::NotSeen);
@@ -114,7 +113,7 @@ impl Settling<'_> {
     pub(super) fn is_held_by(&self, place: usize, group: GroupId) -> bool {
         let mut views = self.views(place, group);
         let is_seen = views.next().is_some_and(|first| first && views.all(|seen| seen));
-        is_seen && (self.params.group.motion.response_s <= 0.0 || self.is_inside(place, group))
+        is_seen && (self.params.group.motion.is_at_once() || self.is_inside(place, group))
     }
 
     /// From the group's orbit as it was flown last, a target is within the field of view wherever on it a UAV is.
