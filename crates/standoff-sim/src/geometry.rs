@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use standoff::math::{self, TAU};
-use standoff::{Angle, CentreEstimate, Position, SensorParams, SmallestCircle};
+use standoff::{Angle, CentreEstimate, Position, SensorParams, SmallestCircle, TargetState, Velocity};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
@@ -30,14 +30,12 @@ impl<'a> Geometry<'a> {
         angle_rad
     }
 
-    /// Distance from a group's estimated centre to the true one, by the rule flown, of the targets on its orbit, those in
-    /// dwell included, m. `None` where one of them does not exist: the estimate is of all of them.
-    #[must_use]
-    pub fn centre_error_m(&self, group: &GroupRow, rule: CentreEstimate) -> Option<f64> {
+    /// Distance from a group's estimated centre to the true one of the targets on its orbit, those in dwell included, m.
+    /// `None` where one of them does not exist: the estimate is of all of them.
+    pub(crate) fn centre_error_m(&self, group: &GroupRow, true_centre: Option<Position>) -> Option<f64> {
         let is_on = |track: &&TrackRow| [track.group, track.to_group].contains(&Some(group.group));
-        let truths = self.on_orbit(group.group);
-        let is_whole = truths.len() == self.frame.tracks.iter().filter(is_on).count();
-        Some(true_centre(rule, &truths).filter(|_| is_whole)?.distance_m(centre(group)))
+        let is_whole = on_orbit(&self.known, group.group).count() == self.frame.tracks.iter().filter(is_on).count();
+        Some(true_centre.filter(|_| is_whole)?.distance_m(centre(group)))
     }
 
     /// Distance of a target's estimated from its true position, m; `None` of one that does not exist.
@@ -46,9 +44,9 @@ impl<'a> Geometry<'a> {
         truth_of(self.frame, track.target).map(|truth| position_error_m(track, truth))
     }
 
-    /// Where the existing targets are that a group's orbit goes about.
-    pub(crate) fn on_orbit(&self, group: u32) -> Vec<Position> {
-        on_orbit(&self.known, group).collect()
+    /// The known targets that exist.
+    pub(crate) fn known(&self) -> &[Known] {
+        &self.known
     }
 }
 
@@ -170,13 +168,15 @@ fn centroid(positions: &[Position]) -> Option<Position> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known {
     position: Position,
+    velocity: Velocity,
     group: Option<u32>,
     to_group: Option<u32>,
 }
 
 impl Known {
     pub(crate) fn of(track: &TrackRow, truth: &TruthRow) -> Self {
-        Self { position: position(truth), group: track.group, to_group: track.to_group }
+        let velocity = Velocity::from_m_s(truth.vx_m_s, truth.vy_m_s);
+        Self { position: position(truth), velocity, group: track.group, to_group: track.to_group }
     }
 }
 
@@ -196,9 +196,11 @@ pub(crate) fn known(frame: &Frame) -> impl Iterator<Item = Known> {
     existing(frame).map(|(track, truth)| Known::of(track, truth))
 }
 
-/// Where the existing targets are that a group's orbit goes about, those in dwell from and to it included.
-pub(crate) fn on_orbit(known: &[Known], group: u32) -> impl Iterator<Item = Position> {
-    known.iter().filter(move |known| [known.group, known.to_group].contains(&Some(group))).map(|known| known.position)
+/// Where the existing targets are, and how they move, that a group's orbit goes about, those in dwell from and to it
+/// included.
+pub(crate) fn on_orbit(known: &[Known], group: u32) -> impl Iterator<Item = TargetState> {
+    let on = known.iter().filter(move |known| [known.group, known.to_group].contains(&Some(group)));
+    on.map(|known| TargetState::new(known.position, known.velocity, [0.0; 2]))
 }
 
 pub(crate) fn truth_of(frame: &Frame, target: u32) -> Option<&TruthRow> {
@@ -234,12 +236,14 @@ mod tests {
         let track = frame.tracks.iter().find(|track| track.group.and(track.to_group).is_some()).unwrap();
         let place = position(truth_of(frame, track.target).unwrap());
         let geometry = Geometry::of(frame);
-        assert!([track.group, track.to_group].iter().all(|id| geometry.on_orbit(id.unwrap()).contains(&place)));
+        let places = |group: u32| on_orbit(&geometry.known, group).map(|one| one.position()).collect::<Vec<_>>();
+        assert!([track.group, track.to_group].iter().all(|id| places(id.unwrap()).contains(&place)));
         for group in &frame.groups {
-            let places = geometry.on_orbit(group.group);
+            let places = places(group.group);
             let mean_m = |of: fn(&Position) -> f64| places.iter().map(of).sum::<f64>() / places.len() as f64;
             let off = Position::from_m(mean_m(|at| at.x_m()), mean_m(|at| at.y_m())) - centre(group);
-            assert!((geometry.centre_error_m(group, CentreEstimate::Centroid).unwrap() - off.length_m()).abs() < 1e-9);
+            let mean = true_centre(CentreEstimate::Centroid, &places);
+            assert!((geometry.centre_error_m(group, mean).unwrap() - off.length_m()).abs() < 1e-9);
         }
         let receiving = |uav: &&UavRow| uav.group == track.to_group;
         let uav = frame.uavs.iter().find(receiving).unwrap();
@@ -255,12 +259,12 @@ mod tests {
         let (_, frames) = flown("paper/table-2-pair");
         let mut frame = frames[100].clone();
         let (uav, group) = (frame.uavs[0], frame.groups[0]);
-        let rule = CentreEstimate::Centroid;
-        assert!(Geometry::of(&frame).centre_error_m(&group, rule).is_some());
+        let there = Some(centre(&group));
+        assert_eq!(Geometry::of(&frame).centre_error_m(&group, there), Some(0.0));
         let (gone, track) = (frame.truth.remove(0).target, frame.tracks[0]);
         assert_eq!(gone, track.target);
         let geometry = Geometry::of(&frame);
-        assert_eq!((geometry.centre_error_m(&group, rule), geometry.position_error_m(&track)), (None, None));
+        assert_eq!((geometry.centre_error_m(&group, there), geometry.position_error_m(&track)), (None, None));
         assert!(geometry.line_of_sight_rad(&uav).is_some() && geometry.position_error_m(&frame.tracks[1]).is_some());
         frame.truth.clear();
         assert_eq!(Geometry::of(&frame).line_of_sight_rad(&uav), None);

@@ -11,13 +11,14 @@ mod metrics;
 mod rules;
 mod surprise;
 mod tally;
+mod true_orbits;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::{Covariance, Displacement, Position, math};
+use standoff::{Covariance, Displacement, OrbitMotion, Position, math};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::geometry::{
-    Known, at, centre, existing, group_of, lines_of_sight_rad, off_orbit_m, on_orbit, position_error_m, track_of,
+    Known, at, centre, existing, group_of, lines_of_sight_rad, off_orbit_m, position_error_m, track_of,
 };
 use bound::Bound;
 use calm::Calm;
@@ -25,9 +26,10 @@ use innovation::Innovations;
 use mean::Mean;
 use surprise::Surprises;
 use tally::{Sums, Tallies};
+use true_orbits::TrueOrbits;
 
 pub use bound::Bound as PositionBound;
-pub use judged::{Custody, Judged};
+pub use judged::{Custody, Judge, Judged};
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
 pub use rules::Rules;
 pub use tally::TargetScore;
@@ -63,6 +65,7 @@ impl Wanted {
                 "standoff_error_m",
                 "standoff_tracking_error_m",
                 "standoff_error_m_settled",
+                "standoff_error_instant_m_settled",
                 "standoff_tracking_error_m_settled",
                 "phase_error_deg",
                 "separation_min_group_m",
@@ -119,9 +122,9 @@ pub struct Scorer {
     served: Vec<u32>,
     /// The targets known at this instant that exist.
     known: Vec<Known>,
-    /// Where the UAVs on an orbit are, and the targets that it goes about: room that lives on.
+    true_orbits: TrueOrbits,
+    /// Where the UAVs on an orbit are: room that lives on.
     crew: Vec<Position>,
-    members: Vec<Position>,
     from_centre: Vec<Displacement>,
 }
 
@@ -137,6 +140,7 @@ struct SoFar {
     standoff: Mean,
     tracking: Mean,
     standoff_settled: Mean,
+    instant_settled: Mean,
     tracking_settled: Mean,
     phase_deg: Mean,
     line_of_sight_deg: Mean,
@@ -167,8 +171,8 @@ impl Scorer {
                 .then(|| Surprises::new(rules.clone())),
             served: Vec::new(),
             known: Vec::new(),
+            true_orbits: TrueOrbits::default(),
             crew: Vec::new(),
-            members: Vec::new(),
             from_centre: Vec::new(),
             rules,
         }
@@ -189,6 +193,9 @@ impl Scorer {
             if wanted.estimates || wanted.consistency {
                 self.estimate(track, truth);
             }
+        }
+        if wanted.orbits || self.surprises.is_some() {
+            self.true_orbits.next(&self.rules, &frame.groups, &self.known);
         }
         if wanted.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
@@ -227,7 +234,7 @@ impl Scorer {
             innovations.frame(frame);
         }
         if let Some(surprises) = &mut self.surprises {
-            surprises.frame(frame, &self.known);
+            surprises.frame(frame, &self.true_orbits);
         }
     }
 
@@ -252,6 +259,7 @@ impl Scorer {
             standoff_error_m: self.so_far.standoff.value(),
             standoff_tracking_error_m: self.so_far.tracking.value(),
             standoff_error_m_settled: self.so_far.standoff_settled.value(),
+            standoff_error_instant_m_settled: self.so_far.instant_settled.value(),
             standoff_tracking_error_m_settled: self.so_far.tracking_settled.value(),
             phase_error_deg: self.so_far.phase_deg.value(),
             line_of_sight_deg: self.so_far.line_of_sight_deg.value(),
@@ -336,18 +344,18 @@ impl Scorer {
             }
         }
 
-        self.members.clear();
-        self.members.extend(on_orbit(&self.known, group.group));
-        let Some((centre, standoff_m)) = self.rules.orbit(&self.members) else { return };
+        let Some(orbit) = self.true_orbits.of(group.group) else { return };
         for uav in &self.crew {
-            let error_m = off_orbit_m(*uav, centre, standoff_m).abs();
+            let off_m = |orbit: &OrbitMotion| off_orbit_m(*uav, orbit.centre, orbit.radius_m).abs();
+            let error_m = off_m(&orbit.flown);
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
+                self.so_far.instant_settled.add(off_m(&orbit.at_once));
             }
         }
         self.from_centre.clear();
-        self.from_centre.extend(self.crew.iter().map(|uav| *uav - centre));
+        self.from_centre.extend(self.crew.iter().map(|uav| *uav - orbit.flown.centre));
         if let Some(error_deg) = phase_error_deg(&self.from_centre, self.rules.separation_rad) {
             self.so_far.phase_deg.add(error_deg);
         }
@@ -470,14 +478,16 @@ mod tests {
         let metrics = score(&rules, std::slice::from_ref(&frame));
         assert!(near(metrics.standoff_error_m, 500.0 - r_d_m(200.0)), "{metrics:?}");
         assert!(near(metrics.standoff_error_m_settled, 500.0 - r_d_m(200.0)) && near(metrics.phase_error_deg, 0.0));
-        let judged = Judged::new(&rules, &frame, true);
+        assert!(near(metrics.standoff_error_instant_m_settled, 500.0 - r_d_m(200.0)));
+        let mut judge = Judge::new(rules.clone());
+        let judged = judge.frame(&frame);
         assert!(near(judged.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
-        let geometry = &judged.geometry;
-        assert!(near(geometry.centre_error_m(&frame.groups[0], rules.centre), 3.0));
+        assert!(near(judged.centre_error_m(&frame.groups[0]), 3.0));
 
         let centroid = Rules { centre: CentreEstimate::Centroid, ..rules.clone() };
         let off_m = Displacement::from_m(570.0, 50.0).length_m() - r_d_m(100.0 * 5.78f64.sqrt());
-        let judged = Judged::new(&centroid, &frame, true);
+        let mut judge = Judge::new(centroid.clone());
+        let judged = judge.frame(&frame);
         assert!(near(judged.standoff_error_m(&frame.uavs[0]), off_m));
         assert_eq!(
             score(&centroid, &[frame.clone()]),

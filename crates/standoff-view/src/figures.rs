@@ -19,6 +19,7 @@ use chart::Drawn;
 pub use figure::{Figure, FigureError, Setup};
 use gather::Run;
 use standoff_sim::record::Frame;
+use standoff_sim::score::Judge;
 
 type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 
@@ -41,9 +42,9 @@ pub fn figures<E>(
     frames: impl Iterator<Item = Result<Frame, E>>,
     setup: &Setup,
 ) -> Result<Vec<Figure>, FigureError<E>> {
-    let mut run = Run::default();
+    let (mut run, mut judge) = (Run::default(), Judge::new(setup.rules.clone()));
     for frame in frames {
-        run.add(&frame.map_err(FigureError::Frame)?, setup.centre);
+        run.add(&frame.map_err(FigureError::Frame)?, &mut judge);
     }
     if run.frames == 0 {
         return Err(FigureError::NoFrames);

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use standoff_sim::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
+use standoff_sim::score::{Judge, Rules};
 use standoff_view::figures::study::Plot;
 
 use super::{MISSION, Orbits, apart, histories, separations};
@@ -110,13 +110,13 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
 fn look(scenario: &Scenario) -> Result<Seen, Failure> {
     let mut seen = Seen::default();
     let mut pairs: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
+    let mut judge = Judge::new(Rules::of(&scenario.settings));
     watch(scenario, |frame| {
+        let judged = judge.frame(frame);
         seen.orbits.look(frame, &scenario.settings);
         let (mut margins, mut centres) = (Vec::new(), Vec::new());
         for group in &frame.groups {
-            let Some(error_m) = Geometry::of(frame).centre_error_m(group, scenario.settings.team.group.centre) else {
-                continue;
-            };
+            let Some(error_m) = judged.centre_error_m(group) else { continue };
             pairs.entry(group.group).or_default().push((group.margin_m, error_m));
             margins.push(group.margin_m);
             centres.push(error_m);

@@ -14,7 +14,7 @@ use super::rows::{At, TIMED, TargetRow, WithError, most_at_once, seconds};
 use super::table::{Missing, Row, TableWriter};
 use crate::disk::{self, beside};
 use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow, ViewRow};
-use crate::score::{Judged, Rules};
+use crate::score::{Judge, Judged, Rules};
 
 /// Least time between two checkpoints: what the end of the process may cost.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
@@ -55,7 +55,7 @@ const CHECKPOINT_SHARE: u32 = 50;
 pub struct Writer {
     /// In the order of `TIMED`, and `views`.
     tables: [TableWriter; 7],
-    rules: Option<Rules>,
+    judge: Option<Judge>,
     bounds: Bounds,
     last_us: Option<i64>,
     sound: bool,
@@ -119,7 +119,7 @@ impl Writer {
                 TableWriter::create::<At<EventRow>>(&partial.path)?,
                 TableWriter::create::<At<ViewRow>>(&partial.path)?,
             ],
-            rules: None,
+            judge: None,
             bounds: Bounds::new(&manifest, target_names.len()),
             last_us: None,
             sound: true,
@@ -137,7 +137,7 @@ impl Writer {
     /// errors of standoff distances and positions. Without this they are empty.
     #[must_use]
     pub fn judged_by(self, rules: Rules) -> Self {
-        Self { rules: Some(rules), ..self }
+        Self { judge: Some(Judge::new(rules)), ..self }
     }
 
     /// Has the record keep a map of what lies under the vehicles, packed as pages show it.
@@ -165,7 +165,7 @@ impl Writer {
         }
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|Beyond { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
-        let judged = self.rules.as_ref().map(|rules| Judged::new(rules, frame, true));
+        let judged = self.judge.as_mut().map(|judge| judge.frame(frame));
         let [uavs, truth, tracks, groups, detections, events, views] = &mut self.tables;
         put(uavs, time_us, &frame.uavs, |row| {
             let error_m = judged.as_ref().and_then(|judged| judged.standoff_error_m(row));

@@ -1,12 +1,52 @@
 //! What a single frame comes to by the true geometry: the values that the metrics are averages of, one by one.
 
-use std::collections::BTreeMap;
-
 use standoff::{Angle, Position};
 
 use super::rules::Rules;
-use crate::frame::{Frame, UavRow, ViewRow};
+use super::true_orbits::TrueOrbits;
+use crate::frame::{Frame, GroupRow, UavRow, ViewRow};
 use crate::geometry::{Geometry, at, existing, is_seen, looking, off_orbit_m, position, position_error_m, truth_of};
+
+/// Judges the frames of a run, one after the other: true orbits move, and before the first cue nothing is in view.
+///
+/// ```
+/// use standoff_sim::run::Mission;
+/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::score::{Judge, Rules};
+///
+/// let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1)?;
+/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// let mut judge = Judge::new(Rules::of(&scenario.settings));
+/// while let Some(frame) = mission.frame() {
+///     let judged = judge.frame(frame);
+///     assert!(frame.uavs.iter().all(|uav| judged.standoff_error_m(uav).is_none_or(f64::is_finite)));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Judge {
+    rules: Rules,
+    orbits: TrueOrbits,
+    /// There was a target in a frame before.
+    is_after_cue: bool,
+}
+
+impl Judge {
+    /// One that has seen nothing yet.
+    #[must_use]
+    pub fn new(rules: Rules) -> Self {
+        Self { rules, orbits: TrueOrbits::default(), is_after_cue: false }
+    }
+
+    /// Looks at the next frame.
+    pub fn frame<'a>(&'a mut self, frame: &'a Frame) -> Judged<'a> {
+        let geometry = Geometry::of(frame);
+        self.orbits.next(&self.rules, &frame.groups, geometry.known());
+        let is_after_cue = self.is_after_cue;
+        self.is_after_cue |= !frame.truth.is_empty();
+        Judged { geometry, rules: &self.rules, frame, is_after_cue, looking: looking(frame), orbits: &self.orbits }
+    }
+}
 
 /// A frame, judged by the true geometry.
 #[derive(Debug)]
@@ -18,8 +58,7 @@ pub struct Judged<'a> {
     /// There was a target before this instant, at which sensors could have been pointed.
     is_after_cue: bool,
     looking: Vec<(u32, Position, Angle)>,
-    /// True centre, by the rule flown, and r_d (15) about it, without a margin, by group.
-    orbits: BTreeMap<u32, (Position, f64)>,
+    orbits: &'a TrueOrbits,
 }
 
 /// How many of all targets that exist the team knows of and looks at, and how well it knows where they are.
@@ -37,21 +76,19 @@ pub struct Custody {
     pub position_error_m: Option<f64>,
 }
 
-impl<'a> Judged<'a> {
-    /// Looks at a frame; `is_after_cue` if there was a target in one before it.
-    #[must_use]
-    pub fn new(rules: &'a Rules, frame: &'a Frame, is_after_cue: bool) -> Self {
-        let geometry = Geometry::of(frame);
-        let orbit = |group: u32| Some((group, rules.orbit(&geometry.on_orbit(group))?));
-        let orbits = frame.groups.iter().filter_map(|group| orbit(group.group)).collect();
-        Self { geometry, rules, frame, is_after_cue, looking: looking(frame), orbits }
-    }
-
+impl Judged<'_> {
     /// r - r_d of a UAV by the true geometry, m, as `standoff_error_m` takes it; positive outside.
     #[must_use]
     pub fn standoff_error_m(&self, uav: &UavRow) -> Option<f64> {
-        let (centre, standoff_m) = self.orbits.get(&uav.group?)?;
-        Some(off_orbit_m(at(uav), *centre, *standoff_m))
+        let orbit = self.orbits.of(uav.group?)?.flown;
+        Some(off_orbit_m(at(uav), orbit.centre, orbit.radius_m))
+    }
+
+    /// Distance from a group's estimated centre to that of its true orbit, m. `None` where a target on the orbit does not
+    /// exist: the estimate is of all of them.
+    #[must_use]
+    pub fn centre_error_m(&self, group: &GroupRow) -> Option<f64> {
+        self.geometry.centre_error_m(group, self.orbits.of(group.group).map(|orbit| orbit.flown.centre))
     }
 
     /// Whether any UAV has a target in view, as `out_of_view_fraction` takes it; `None` at the first cue, before which no
@@ -100,9 +137,9 @@ impl<'a> Judged<'a> {
     /// the determinant is (36).
     #[must_use]
     pub fn scan_sd_m(&self, group: u32) -> Option<f64> {
-        let (centre, _) = self.orbits.get(&group)?;
+        let centre = self.orbits.of(group)?.flown.centre;
         let crew = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
-        let information = crew.map(|uav| self.rules.sensor.information(at(uav), *centre)).reduce(|a, b| a + b)?;
+        let information = crew.map(|uav| self.rules.sensor.information(at(uav), centre)).reduce(|a, b| a + b)?;
         Some(information.determinant().sqrt().sqrt().recip()).filter(|sd_m| sd_m.is_finite())
     }
 }
@@ -117,13 +154,11 @@ mod tests {
     #[test]
     fn the_custody_of_all_targets_counts_them_one_by_one() {
         let scenario = Scenario::load("paper/figure-9-basic", &Edits::default(), 1).unwrap();
-        let rules = Rules::of(&scenario.settings);
         let mut mission = Mission::new(&scenario).unwrap();
-        let mut is_after_cue = false;
+        let mut judge = Judge::new(Rules::of(&scenario.settings));
         let (mut instants, mut unseen) = (0, 0);
         while let Some(frame) = mission.frame() {
-            let judged = Judged::new(&rules, frame, is_after_cue);
-            is_after_cue |= !frame.truth.is_empty();
+            let judged = judge.frame(frame);
             let custody = judged.custody();
             assert_eq!(custody.targets, frame.truth.len());
             let tracks: Vec<_> = frame.tracks.iter().filter(|row| truth_of(frame, row.target).is_some()).collect();

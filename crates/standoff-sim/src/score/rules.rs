@@ -3,7 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::{CentreEstimate, Position, SensorParams, Spread, StandoffParams, TargetParams};
+use standoff::{
+    CentreEstimate, MotionParams, OrbitMotion, Position, SensorParams, Spread, StandoffDistance, StandoffParams,
+    TargetParams, TargetState, Velocity,
+};
 
 use crate::frame::Reported;
 use crate::geometry::true_centre;
@@ -18,6 +21,8 @@ pub struct Rules {
     pub standoff: StandoffParams,
     /// What an orbit is about: the centroid of its targets, or the centre of the smallest circle about them.
     pub centre: CentreEstimate,
+    /// How quick an orbit's centre and radius may be.
+    pub orbit_motion: MotionParams,
     /// Field of view and sensing range, and the noise that the filters assume.
     pub sensor: SensorParams,
     /// The target model that the filters assume.
@@ -45,6 +50,7 @@ impl Rules {
             reported: Reported::default(),
             standoff: settings.team.group.standoff,
             centre: settings.team.group.centre,
+            orbit_motion: settings.team.group.motion,
             sensor: settings.team.track.sensor,
             target: settings.team.track.target,
             motion: settings.motion(),
@@ -57,16 +63,51 @@ impl Rules {
         }
     }
 
-    /// The orbit that members should have, by the rule flown: its centre, and r_d (15) about that without a margin, m.
-    pub(super) fn orbit(&self, members: &[Position]) -> Option<(Position, f64)> {
-        let centre = true_centre(self.centre, members)?;
-        Some((centre, self.standoff_m(members, centre, 0.0)))
+    /// The orbit that members should have if it could be there at once: about the centre by the rule flown, as fast as
+    /// they are on average, with r_d (15) about it without a margin. `None` for no members.
+    pub(super) fn orbit(&self, members: &[TargetState]) -> Option<OrbitMotion> {
+        let positions: Vec<Position> = members.iter().map(TargetState::position).collect();
+        let centre = true_centre(self.centre, &positions)?;
+        let mean_m_s = |of: fn(Velocity) -> f64| {
+            members.iter().map(|member| of(member.velocity())).sum::<f64>() / members.len() as f64
+        };
+        let velocity = Velocity::from_m_s(mean_m_s(Velocity::x_m_s), mean_m_s(Velocity::y_m_s));
+        let centre = TargetState::new(centre, velocity, [0.0; 2]);
+        Some(OrbitMotion::start(&centre, &self.standoff_distance(members, &centre, 0.0)))
     }
 
-    /// r_d (15) of members about a centre, m.
-    pub(super) fn standoff_m(&self, members: &[Position], centre: Position, margin_m: f64) -> f64 {
-        let squared_m2 = members.iter().map(|member| member.squared_distance_m2(centre));
-        let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
-        self.standoff.distance(spread, margin_m).distance_m
+    /// The orbit flown a period after another, when it should be where `wanted` is: the centre on its way there, and the
+    /// radius on its way to (15) of the members about that, with a margin. Without a motion, `wanted` itself.
+    pub(super) fn orbit_after(
+        &self,
+        flown: &OrbitMotion,
+        wanted: &OrbitMotion,
+        members: &[TargetState],
+        margin_m: f64,
+    ) -> OrbitMotion {
+        let (motion, period_s) = (&self.orbit_motion, self.period_s);
+        if motion.is_at_once() {
+            return *wanted;
+        }
+        let flown = flown.centred_on(&wanted.state(), motion, period_s);
+        let standoff = self.standoff_distance(members, &flown.state(), margin_m);
+        flown.widened_to(&standoff, &self.standoff, motion, period_s)
+    }
+
+    /// (15) of members about a centre.
+    pub(super) fn standoff_distance(
+        &self,
+        members: &[TargetState],
+        centre: &TargetState,
+        margin_m: f64,
+    ) -> StandoffDistance {
+        let at = centre.position();
+        let squared_m2 = |member: &TargetState| member.position().squared_distance_m2(at);
+        let furthest = members.iter().max_by(|one, other| squared_m2(one).total_cmp(&squared_m2(other)));
+        let spread = furthest.map_or(Spread::default(), |furthest| Spread {
+            distance_m: squared_m2(furthest).sqrt(),
+            ..Spread::of(furthest, centre)
+        });
+        self.standoff.distance(spread, margin_m)
     }
 }

@@ -8,12 +8,13 @@
 //! e = |u - c| - r_d        surprise = | e(orbit of now) - e(orbit as foretold an instant ago) |
 //! ```
 
-use standoff::{Duration, Position, TargetState, Transition};
+use standoff::{Duration, OrbitMotion, TargetState, Transition, Velocity};
 
 use super::mean::Mean;
 use super::rules::Rules;
+use super::true_orbits::TrueOrbits;
 use crate::frame::{Frame, GroupRow, TrackRow};
-use crate::geometry::{Known, at, centre, off_orbit_m, on_orbit};
+use crate::geometry::{at, centre, off_orbit_m};
 
 /// Surprises of a run, from `settle_s` on.
 #[derive(Debug, Clone)]
@@ -22,6 +23,7 @@ pub(super) struct Surprises {
     transition: Transition,
     before: Vec<TrackRow>,
     groups_before: Vec<GroupRow>,
+    orbits_before: TrueOrbits,
     /// Of the true orbit, m.
     pub(super) truth: Mean,
     /// Of the agents' own orbit, m.
@@ -35,46 +37,54 @@ impl Surprises {
             rules,
             before: Vec::new(),
             groups_before: Vec::new(),
+            orbits_before: TrueOrbits::default(),
             truth: Mean::default(),
             own: Mean::default(),
         }
     }
 
-    /// Takes in the next frame, in which these targets are known and exist.
-    pub(super) fn frame(&mut self, frame: &Frame, known: &[Known]) {
+    /// Takes in the next frame, and the true orbits in it.
+    pub(super) fn frame(&mut self, frame: &Frame, orbits: &TrueOrbits) {
         if frame.time_us as f64 / 1e6 >= self.rules.settle_s {
-            frame.groups.iter().for_each(|group| self.group(frame, known, group));
+            frame.groups.iter().for_each(|group| self.group(frame, orbits, group));
         }
+        self.orbits_before.clone_from(orbits);
         self.before.clone_from(&frame.tracks);
         self.groups_before.clone_from(&frame.groups);
     }
 
     /// A group counts while its members stay the same: that one comes or goes is another matter.
-    fn group(&mut self, frame: &Frame, known: &[Known], group: &GroupRow) {
+    fn group(&mut self, frame: &Frame, orbits: &TrueOrbits, group: &GroupRow) {
         let is_on = |track: &&TrackRow| [track.group, track.to_group].contains(&Some(group.group));
         let ids = |tracks: &[TrackRow]| tracks.iter().filter(is_on).map(|track| track.target).collect::<Vec<_>>();
         let Some(old) = self.groups_before.iter().find(|old| old.group == group.group) else { return };
         if ids(&self.before) != ids(&frame.tracks) {
             return;
         }
-        let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into())).position();
-        let members: Vec<Position> = self.before.iter().filter(is_on).map(expected).collect();
-        let truths: Vec<Position> = on_orbit(known, group.group).collect();
-        let (Some((true_centre, true_m)), Some((expected_true_centre, expected_true_m))) =
-            (self.rules.orbit(&truths), self.rules.orbit(&members))
-        else {
-            return;
+        let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into()));
+        let members: Vec<TargetState> = self.before.iter().filter(is_on).map(expected).collect();
+        let (Some(truth), Some(wanted)) = (orbits.of(group.group), self.rules.orbit(&members)) else { return };
+        let after = |flown: &OrbitMotion, margin_m: f64| self.rules.orbit_after(flown, &wanted, &members, margin_m);
+        let expected_true = self.orbits_before.of(group.group).map_or(wanted, |orbit| after(&orbit.flown, 0.0));
+        let orbit = |row: &GroupRow| OrbitMotion {
+            centre: centre(row),
+            velocity: Velocity::from_m_s(row.vx_m_s, row.vy_m_s),
+            radius_m: row.standoff_distance_m,
+            rate_m_s: row.standoff_rate_m_s,
         };
-        // The agents' own centre goes on as it went.
-        let period_s = self.rules.period_s;
-        let centre = centre(group);
-        let expected_centre = Position::from_m(old.x_m + old.vx_m_s * period_s, old.y_m + old.vy_m_s * period_s);
-        let expected_own_m = self.rules.standoff_m(&members, expected_centre, group.margin_m);
+        let (own, was) = (orbit(group), orbit(old));
+        let expected_own = if self.rules.orbit_motion.is_at_once() {
+            // The agents' own centre goes on as it went.
+            let centre = was.centre + was.velocity * self.rules.period_s;
+            let state = TargetState::new(centre, was.velocity, [0.0; 2]);
+            OrbitMotion::start(&state, &self.rules.standoff_distance(&members, &state, group.margin_m))
+        } else {
+            after(&was, group.margin_m)
+        };
         for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
-            let off_m = |centre: Position, radius_m: f64| off_orbit_m(at(uav), centre, radius_m);
-            self.truth.add((off_m(true_centre, true_m) - off_m(expected_true_centre, expected_true_m)).abs());
-            let own_m = off_m(centre, group.standoff_distance_m) - off_m(expected_centre, expected_own_m);
-            self.own.add(own_m.abs());
+            let off_m = |orbit: &OrbitMotion| off_orbit_m(at(uav), orbit.centre, orbit.radius_m);
+            self.truth.add((off_m(&truth.flown) - off_m(&expected_true)).abs());
+            self.own.add((off_m(&own) - off_m(&expected_own)).abs());
         }
     }
 }
@@ -82,6 +92,8 @@ impl Surprises {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use standoff::Position;
+
     use crate::geometry::known;
     use crate::run::{Mission, fly};
     use crate::scenario::{Edits, Scenario};
@@ -96,7 +108,11 @@ mod tests {
 
     fn surprises(rules: &Rules, frames: &[Frame]) -> [f64; 2] {
         let mut surprises = Surprises::new(rules.clone());
-        frames.iter().for_each(|frame| surprises.frame(frame, &known(frame).collect::<Vec<_>>()));
+        let mut orbits = TrueOrbits::default();
+        for frame in frames {
+            orbits.next(rules, &frame.groups, &known(frame).collect::<Vec<_>>());
+            surprises.frame(frame, &orbits);
+        }
         [surprises.truth.value().unwrap(), surprises.own.value().unwrap()]
     }
 

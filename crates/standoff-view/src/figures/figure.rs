@@ -1,8 +1,8 @@
 //! What goes into a run's figures beside its frames, and what comes out.
 
 use serde::Serialize;
-use standoff::CentreEstimate;
 use standoff_sim::scenario::Settings;
+use standoff_sim::score::Rules;
 
 /// What the figures need to know of a run beyond its frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,9 +23,9 @@ pub struct Setup {
     pub radius_max_m: f64,
     /// Phase separation wanted between the two UAVs of one orbit, rad.
     pub separation_rad: f64,
-    /// What an orbit is about.
+    /// The rules by which its orbits are judged.
     #[serde(skip)]
-    pub centre: CentreEstimate,
+    pub rules: Rules,
 }
 
 impl Setup {
@@ -41,7 +41,7 @@ impl Setup {
             radius_min_m: standoff.radius_min_m,
             radius_max_m: standoff.radius_max_m,
             separation_rad: settings.team.guidance.separation_rad,
-            centre: settings.team.group.centre,
+            rules: Rules::of(settings),
         }
     }
 }

@@ -4,9 +4,9 @@ use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
-use standoff::CentreEstimate;
-use standoff_sim::geometry::{Between, Geometry, group_of, separations, tracking_error_m};
+use standoff_sim::geometry::{Between, group_of, separations, tracking_error_m};
 use standoff_sim::record::{EventRow, Frame};
+use standoff_sim::score::Judge;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -131,8 +131,8 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Takes in a frame, in which orbits are about this.
-    pub(super) fn add(&mut self, frame: &Frame, centre: CentreEstimate) {
+    /// Takes in the next frame, judged by this.
+    pub(super) fn add(&mut self, frame: &Frame, judge: &mut Judge) {
         let (index, time) = (self.frames, frame.time_us as f64 * 1e-6);
         self.frames += 1;
         if let Some(time) = usable(time) {
@@ -140,7 +140,8 @@ impl Run {
             self.times = Some([first.min(time), last.max(time)]);
         }
         self.found(frame);
-        let geometry = Geometry::of(frame);
+        let judged = judge.frame(frame);
+        let geometry = &judged.geometry;
         for row in &frame.groups {
             let Some(group) = self.groups.get_mut(&row.group) else { continue };
             group.instants += 1;
@@ -148,7 +149,7 @@ impl Run {
             group.standoff.push(index, time, row.standoff_distance_m);
             group.unclamped.push(index, time, row.standoff_unclamped_m);
             group.margin.push(index, time, row.margin_m);
-            group.centre_error.push(index, time, geometry.centre_error_m(row, centre));
+            group.centre_error.push(index, time, judged.centre_error_m(row));
             group.separation.push(index, time, row.separation_m);
         }
         for row in &frame.truth {
@@ -288,16 +289,13 @@ mod tests {
 
     /// So many points are kept of this many targets, that move for so many instants.
     fn kept(targets: u32, instants: u32) -> usize {
-        let mut run = Run::default();
+        let (mut run, mut judge) = (Run::default(), Judge::new(crate::figures::tests::setup().rules));
         for instant in 0..instants {
             let at = f64::from(instant);
             let row =
                 |target| TruthRow { target, x_m: at, y_m: at, vx_m_s: 1.0, vy_m_s: 1.0, ax_m_s2: None, ay_m_s2: None };
             let truth = (0..targets).map(row).collect();
-            run.add(
-                &Frame { time_us: i64::from(instant) * 500_000, truth, ..Frame::default() },
-                CentreEstimate::Centroid,
-            );
+            run.add(&Frame { time_us: i64::from(instant) * 500_000, truth, ..Frame::default() }, &mut judge);
         }
         run.curves().map(|curve| curve.runs(usize::MAX).concat().len()).sum()
     }

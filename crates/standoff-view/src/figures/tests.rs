@@ -7,16 +7,18 @@ use super::ink::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
 use plotters::style::RGBColor;
+use standoff::Angle;
 use standoff::math::{PI, TAU, cos, exp, sin};
-use standoff::{Angle, CentreEstimate};
 use standoff_sim::record::{EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::scenario::{Edits, Scenario};
+use standoff_sim::score::{Judge, Rules};
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
 const ALL: [&str; 7] =
     ["trajectories", "standoff_distance", "phase", "separation", "margin", "line_of_sight", "speed_and_turn_rate"];
 
-fn setup() -> Setup {
+pub(super) fn setup() -> Setup {
     Setup {
         title: "Two UAVs & one <group>".to_owned(),
         field_of_view_rad: 0.7,
@@ -26,7 +28,7 @@ fn setup() -> Setup {
         radius_min_m: 370.0,
         radius_max_m: 2000.0,
         separation_rad: FRAC_PI_2,
-        centre: CentreEstimate::Centroid,
+        rules: Rules::of(&Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap().settings),
     }
 }
 
@@ -373,7 +375,8 @@ fn names_too_long_end_in_dots_within_the_figure() {
 /// The run as it is gathered.
 fn gathered(frames: &[Frame]) -> Run {
     let mut run = Run::default();
-    frames.iter().for_each(|frame| run.add(frame, CentreEstimate::Centroid));
+    let mut judge = Judge::new(setup().rules);
+    frames.iter().for_each(|frame| run.add(frame, &mut judge));
     run
 }
 
@@ -455,7 +458,7 @@ fn the_longest_lived_of_many_groups_have_panels_and_it_says_so() {
 fn groups_alive_together_differ_in_colour_and_few_of_the_dissolved_are_kept() {
     let mut run = Run::default();
     for frame in generations(80) {
-        run.add(&frame, CentreEstimate::Centroid);
+        run.add(&frame, &mut Judge::new(setup().rules));
         let [lasting, other] = [0, 1].map(|place| run.group_colour(frame.groups[place].group));
         assert_ne!(lasting, other);
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{separations, wanted_separation_rad};
 use standoff_sim::record::{EventAllowance, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
-use standoff_sim::score::{Custody, Judged, PositionBound, Rules};
+use standoff_sim::score::{Custody, Judge, Judged, PositionBound, Rules};
 
 use super::part::{Bounds, Event, half};
 use super::table::Table;
@@ -105,11 +105,10 @@ columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is
 /// Turns the frames of a run into parts.
 #[derive(Debug)]
 pub struct Encoder {
-    rules: Rules,
+    judge: Judge,
+    separation_rad: f64,
     stride: usize,
     bound: Option<PositionBound>,
-    /// A frame with a target has gone by.
-    is_after_cue: bool,
     colours: GroupColours,
     allowance: EventAllowance,
     draft: Draft,
@@ -142,10 +141,10 @@ impl Encoder {
     #[must_use]
     pub fn new(rules: &Rules, stride: usize) -> Self {
         Self {
-            rules: rules.clone(),
+            judge: Judge::new(rules.clone()),
+            separation_rad: rules.separation_rad,
             stride: stride.max(1),
             bound: PositionBound::of(rules),
-            is_after_cue: false,
             colours: GroupColours::default(),
             allowance: EventAllowance::default(),
             draft: Draft::new(),
@@ -169,8 +168,7 @@ impl Encoder {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
-        let judged = Judged::new(&self.rules, frame, self.is_after_cue);
-        self.is_after_cue |= !frame.truth.is_empty();
+        let judged = self.judge.frame(frame);
         let draft = &mut self.draft;
         draft.times_us.push(frame.time_us);
         let told = frame.events.iter().filter(|row| self.allowance.takes(row, None));
@@ -182,7 +180,7 @@ impl Encoder {
         for row in &frame.uavs {
             draft.uavs.put(row.uav, &uav(row, &judged));
         }
-        let phases = phases(frame, self.rules.separation_rad);
+        let phases = phases(frame, self.separation_rad);
         draft.groups.next_instant();
         self.colours.next_instant(&frame.groups);
         for row in &frame.groups {

@@ -6,7 +6,7 @@ use serde_json::Value;
 use standoff_sim::record::{Frame, GroupRow, Manifest, TrackRow, TrackStatus};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::{Judged, Rules};
+use standoff_sim::score::{Judge, Rules};
 
 use super::{Encoder, Head, Part, Replay};
 use crate::figures::Setup;
@@ -168,15 +168,13 @@ fn a_part_tells_the_bounds_of_all_that_it_shows() {
 #[test]
 fn a_part_tells_of_the_run_as_a_whole() {
     let (scenario, frames) = flight();
-    let rules = Rules::of(&scenario.settings);
     let mut left = frames.iter();
-    let (mut is_after_cue, mut told) = (false, 0);
+    let (mut judge, mut told) = (Judge::new(Rules::of(&scenario.settings)), 0);
     for part in &encoded(&scenario, &frames, 7) {
         let overview = read(&part.overview);
         for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
             let frame = left.next().unwrap();
-            let judged = Judged::new(&rules, frame, is_after_cue);
-            is_after_cue |= !frame.truth.is_empty();
+            let judged = judge.frame(frame);
             let custody = judged.custody();
             let got = |column| overview.value("run", column, 0, instant);
             let count = |targets: usize| targets as f64;
