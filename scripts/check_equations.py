@@ -422,6 +422,52 @@ def true_centre(scenario, positions):
     return min(centres, key=lambda centre: max(np.hypot(*(positions - centre).T)))
 
 
+def follow(x, v, wanted, wanted_v, orbit, dt):
+    """The project's motion of an orbit's centre or radius, beyond the paper: critically damped, its acceleration limited."""
+    t, a = max(orbit["response_s"], dt), orbit["acceleration_max_m_s2"]
+    x = x + v * dt
+    away = np.linalg.norm(wanted - x)
+    approach = away / (2 * t) if away <= 4 * a * t**2 else np.sqrt(2 * a * (away - 2 * a * t**2))
+    along = (wanted - x) / away if away > 0 else 0 * x
+    change = (wanted_v + along * min(approach, orbit["approach_max_m_s"]) - v) * dt / (t / 2 + dt)
+    change *= min(1, a * dt / np.linalg.norm(change)) if np.any(change) else 1
+    return x + change * dt / 2, v + change
+
+
+def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=None):
+    """Centre, its velocity, r_d and its rate: at once, or a period after an orbit that moves from where it was."""
+    positions, velocities, orbit = np.array(positions), np.array(velocities), scenario["orbit"]
+    centre, velocity = true_centre(scenario, positions), np.mean(velocities, axis=0)
+    moves = before is not None and orbit["response_s"] > 0
+    if moves:
+        centre, velocity = follow(before[0], before[1], centre, velocity, orbit, dt)
+    spreads = np.hypot(*(positions - centre).T)
+    # Of equally far ones the last.
+    furthest = len(spreads) - 1 - np.argmax(spreads[::-1])
+    rate = (positions[furthest] - centre) @ (velocities[furthest] - velocity) / max(spreads[furthest], 1e-300)
+    _, radius, rate = equation_15(scenario, spreads[furthest], rate, margin)
+    if moves:
+        flown, rate = (value[0] for value in follow(*(np.array([value]) for value in (*before[2:], radius, rate)), orbit, dt))
+        radius = np.clip(flown, orbit["radius_min_m"], orbit["radius_max_m"])
+        rate = np.clip(rate, -orbit["approach_max_m_s"], orbit["approach_max_m_s"]) if radius == flown else 0.0
+    return centre, velocity, radius, rate
+
+
+def true_orbits(record):
+    """By time and group: the true orbit with its motion, and that of the instant alone."""
+    found = {}
+    for before, time in zip([None, *record.times], record.times):
+        found[time] = {}
+        for group in record.groups[time]:
+            truth = [record.truth[time][t] for t in record.members(time, group) if t in record.truth[time]]
+            if truth:
+                states = [row.position for row in truth], [row.velocity for row in truth]
+                was = found[before].get(group, [None])[0] if before is not None else None
+                flown = orbit_about(record.scenario, *states, before=was, dt=record.period)
+                found[time][group] = flown, orbit_about(record.scenario, *states)
+    return found
+
+
 def equation_27(uavs, centre_velocity, rate):
     """Smallest radius, as printed and about a centre that moves; None for a centre as fast as a UAV can be."""
     centre_speed, turn_rate = np.hypot(*centre_velocity), uavs["turn_rate_max_rad_s"]
@@ -637,10 +683,10 @@ def check_metrics(record, compare):
     """Every metric in the summary, by its definition in docs/metrics.md."""
     if not record.truth:
         return
-    samples, hidden, gaps, gap = defaultdict(list), [], {}, 0
+    samples, hidden, gaps, gap, orbits = defaultdict(list), [], {}, 0, true_orbits(record)
     for time in record.times:
         track_samples(record, time, samples)
-        orbit_samples(record, time, samples, compare)
+        orbit_samples(record, time, orbits, samples, compare)
         separation_samples(record.uavs[time].values(), samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
@@ -759,25 +805,32 @@ def surprise_metrics(record):
     scenario, samples = record.scenario, defaultdict(list)
     f, _ = equations_5_6(scenario["filter"], record.period)
 
-    def off(uav, positions, centre, margin):
-        spread = max(np.hypot(*(position - centre)) for position in positions)
-        return np.hypot(*(uav.position - centre)) - equation_15(scenario, spread, 0.0, margin)[1]
+    def off(uav, orbit):
+        return np.hypot(*(uav.position - orbit[0])) - orbit[2]
 
+    orbits, moves = true_orbits(record), scenario["orbit"]["response_s"] > 0
     for before, time in zip(record.times, record.times[1:]):
         for group, row in record.groups[time].items() if time / 1e6 >= scenario["settle_s"] else []:
             old, members = record.groups[before].get(group), record.members(time, group)
-            foretold = [(f @ track.state)[POSITION] for track in record.members(before, group).values()]
-            truth = [record.truth[time][target].position for target in members if target in record.truth[time]]
-            if old is None or set(record.members(before, group)) != set(members) or not truth:
+            states = [f @ track.state for track in record.members(before, group).values()]
+            if old is None or set(record.members(before, group)) != set(members) or group not in orbits[time]:
                 continue
+            foretold = [state[POSITION] for state in states], [state[VELOCITY] for state in states]
+            was = orbits[before].get(group, [None])[0]
+            true = orbit_about(scenario, *foretold, before=was, dt=record.period)
+            own = old.position, old.velocity, old.standoff_distance_m, old.standoff_rate_m_s
+            if moves:
+                own = orbit_about(scenario, *foretold, margin=row.margin_m, before=own, dt=record.period)
+            else:
+                centre = old.position + old.velocity * record.period
+                spread = max(np.hypot(*(position - centre)) for position in foretold[0])
+                own = centre, None, equation_15(scenario, spread, 0.0, row.margin_m)[1]
             for uav in record.uavs[time].values():
                 if uav.group == group:
-                    true = off(uav, truth, true_centre(scenario, truth), 0.0)
-                    true -= off(uav, foretold, true_centre(scenario, foretold), 0.0)
-                    own = np.hypot(*(uav.position - row.position)) - row.standoff_distance_m
-                    own -= off(uav, foretold, old.position + old.velocity * record.period, row.margin_m)
-                    samples["standoff_surprise_m_settled"].append(abs(true))
-                    samples["standoff_tracking_surprise_m_settled"].append(abs(own))
+                    true_off = off(uav, orbits[time][group][0]) - off(uav, true)
+                    own_off = off(uav, (row.position, None, row.standoff_distance_m)) - off(uav, own)
+                    samples["standoff_surprise_m_settled"].append(abs(true_off))
+                    samples["standoff_tracking_surprise_m_settled"].append(abs(own_off))
     return {name: np.mean(values) for name, values in samples.items()}
 
 
@@ -805,8 +858,8 @@ def track_samples(record, time, samples):
                 samples["anees_manoeuvring" if target in record.manoeuvring else "anees_quiet"].append(anees)
 
 
-def orbit_samples(record, time, samples, compare):
-    scenario, truth, groups = record.scenario, record.truth[time], record.groups[time]
+def orbit_samples(record, time, orbits, samples, compare):
+    scenario, groups = record.scenario, record.groups[time]
     settled = ["", "_settled"] if time / 1e6 >= scenario["settle_s"] else [""]
     for row in record.uavs[time].values():
         samples["infeasible_fraction"].append(row.group is not None and not groups[row.group].feasible)
@@ -814,22 +867,24 @@ def orbit_samples(record, time, samples, compare):
     for group, orbit in groups.items():
         uavs = [row.position for row in record.uavs[time].values() if row.group == group]
         samples["separation_min_group_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
-        members = [truth[target].position for target in record.members(time, group) if target in truth]
-        centre = true_centre(scenario, members) if members else None
-        spread = max([np.hypot(*(member - centre)) for member in members], default=None)
+        flown, at_once = orbits[time].get(group, (None, None))
+
+        def off(position, orbit):
+            return np.hypot(*(position - orbit[0])) - orbit[2] if orbit else None
+
         for row in record.uavs[time].values():
             if record.views is not None and row.group == group:
-                off = np.hypot(*(row.position - centre)) - equation_15(scenario, spread, 0.0, 0.0)[1] if members else None
-                compare("uavs: standoff error", row.standoff_error_m, off)
+                compare("uavs: standoff error", row.standoff_error_m, off(row.position, flown))
         for uav in uavs:
             own = abs(np.hypot(*(uav - orbit.position)) - orbit.standoff_distance_m)
-            true = abs(np.hypot(*(uav - centre)) - equation_15(scenario, spread, 0.0, 0.0)[1]) if members else None
             samples["standoff_distance_m"].append(orbit.standoff_distance_m)
             for suffix in settled:
                 samples[f"standoff_tracking_error_m{suffix}"].append(own)
-                samples[f"standoff_error_m{suffix}"] += [true] if members else []
-        if members and len(uavs) > 1:
-            phases = np.sort([np.degrees(direction(uav - centre)) for uav in uavs])
+                samples[f"standoff_error_m{suffix}"] += [abs(off(uav, flown))] if flown else []
+            if flown and len(settled) > 1:
+                samples["standoff_error_instant_m_settled"].append(abs(off(uav, at_once)))
+        if flown and len(uavs) > 1:
+            phases = np.sort([np.degrees(direction(uav - flown[0])) for uav in uavs])
             gaps, wanted = np.diff(phases, append=phases[0] + 360.0), 360.0 / len(uavs)
             if len(uavs) == 2:
                 gaps, wanted = [min(gaps)], scenario["guidance"]["separation_deg"]

@@ -55,12 +55,7 @@ mod tests {
     fn rules() -> Rules {
         let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap();
         let orbit_motion = MotionParams { response_s: 1.5, acceleration_max_m_s2: 3.0, approach_max_m_s: 25.0 };
-        Rules {
-            centre: CentreEstimate::SmallestCircle,
-            orbit_motion,
-            settle_s: 0.0,
-            ..Rules::of(&scenario.settings)
-        }
+        Rules { centre: CentreEstimate::SmallestCircle, orbit_motion, settle_s: 0.0, ..Rules::of(&scenario.settings) }
     }
 
     /// Two targets 300 m apart, about whom r_d is 300 m, and a UAV 300 m east of their middle; then they are all 100 m

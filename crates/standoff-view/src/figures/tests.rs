@@ -18,7 +18,7 @@ use std::f64::consts::FRAC_PI_2;
 const ALL: [&str; 7] =
     ["trajectories", "standoff_distance", "phase", "separation", "margin", "line_of_sight", "speed_and_turn_rate"];
 
-pub(super) fn setup() -> Setup {
+pub(crate) fn setup() -> Setup {
     Setup {
         title: "Two UAVs & one <group>".to_owned(),
         field_of_view_rad: 0.7,
