@@ -200,11 +200,15 @@ proptest! {
     /// target has its place, every UAV one group, every group a UAV, a member and an altitude of its own, and never are
     /// there more groups than the rule allows.
     #[test]
-    fn odd_worlds_are_answered(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10, is_new in any::<bool>()) {
+    fn odd_worlds_are_answered(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10, is_new in any::<bool>(), by_need in any::<bool>()) {
         let mut params = TeamParams::table_1();
         if is_new {
             params.group = GroupParams { centre: CentreEstimate::SmallestCircle, aim: Aim::Middle, discard: Discard::Widening, ..params.group };
             params.guidance.lead = Lead::Predicted;
+        }
+        if by_need {
+            // Reviewed so often that groups are wound up, too.
+            (params.group.count, params.group.review_period_s) = (GroupCount::Needed, 5.0);
         }
         let mut fleet = Fleet::new(params).unwrap();
         let mut states: Vec<UavState> = (0..uavs).map(|id| UavState {
@@ -235,7 +239,9 @@ proptest! {
             let picture = fleet.picture().clone();
             let team = picture.crew.len();
             let live = picture.known().iter().filter(|known| !known.track.is_lost()).count();
-            prop_assert!(picture.groups.len() <= group_count(team.max(uavs as usize), live), "{picture:?}");
+            let team_max = team.max(uavs as usize);
+            let groups_max = if by_need { team_max.min(live) } else { group_count(team_max, live) };
+            prop_assert!(picture.groups.len() <= groups_max, "{picture:?}");
             prop_assert!(live == 0 || !picture.groups.is_empty());
             for known in picture.known() {
                 for group in known.membership.groups() {

@@ -133,6 +133,8 @@ pub enum DissolutionReason {
     Empty,
     /// There are fewer UAVs, or targets, than so many groups need.
     TooMany,
+    /// Others hold all that it held, and its UAVs tell more of them beside theirs.
+    NotNeeded,
     /// Another group can hold its targets too, and its UAVs can watch others.
     Merged {
         /// The other group.
@@ -229,6 +231,7 @@ impl EventKind {
             Self::GroupFounded { reason: FoundingReason::Split, .. } | Self::Regrouped => "split",
             Self::GroupDissolved(DissolutionReason::Empty) => "empty",
             Self::GroupDissolved(DissolutionReason::TooMany) => "too-many",
+            Self::GroupDissolved(DissolutionReason::NotNeeded) => "not-needed",
             Self::GroupDissolved(DissolutionReason::Merged { .. }) | Self::Merged => "merged",
             Self::GroupDissolved(DissolutionReason::Outnumbered { .. }) => "outnumbered",
             Self::HandoffCompleted(CompletionReason::Received) => "received",

@@ -10,6 +10,7 @@ mod founding;
 mod handing_over;
 #[cfg(test)]
 mod tests;
+mod winding_up;
 
 use crate::coordination::clustering::{Clusters, group_count};
 use crate::coordination::event::{CompletionReason, DissolutionReason, Event, EventKind, WithdrawalReason};
@@ -33,6 +34,8 @@ pub(crate) struct Agenda {
     next_group: u32,
     /// When it is next asked whether UAVs could watch more elsewhere.
     next_review: Time,
+    /// The group that passes all of its members to others, to end.
+    winding_up: Option<GroupId>,
 }
 
 impl Agenda {
@@ -90,6 +93,7 @@ impl Settling<'_> {
             while self.groups() > wanted.max(1) {
                 self.dissolve_smallest();
             }
+            self.go_on_winding_up();
             self.take_in();
             self.review(wanted);
             while self.groups() < wanted && self.found_another() {}
@@ -161,7 +165,7 @@ impl Settling<'_> {
         let Room { centres, candidates, .. } = &mut *self.room;
         let (memberships, mut candidates) = (&*self.memberships, core::mem::take(candidates));
         centres.clear();
-        for id in memberships.groups() {
+        for id in memberships.groups().iter().filter(|id| self.agenda.winding_up != Some(**id)) {
             let centre = WantedCentre::of(self.params.group.centre, memberships.known(), memberships.of(*id));
             centres.extend(centre.map(|centre| (*id, centre)));
         }
@@ -319,7 +323,11 @@ impl Settling<'_> {
             let is_its_end =
                 |event: &Event| event.group == Some(group.id) && matches!(event.kind, EventKind::GroupDissolved(_));
             if self.memberships.groups().binary_search(&group.id).is_err() && !self.events.iter().any(is_its_end) {
-                self.events.push(Event::of_group(EventKind::GroupDissolved(DissolutionReason::Empty), group.id));
+                let reason = match self.agenda.winding_up == Some(group.id) {
+                    true => DissolutionReason::NotNeeded,
+                    false => DissolutionReason::Empty,
+                };
+                self.events.push(Event::of_group(EventKind::GroupDissolved(reason), group.id));
             }
         }
     }

@@ -27,8 +27,10 @@ impl Settling<'_> {
 
     /// The group in which clustering wants each target that has one; from the last clustering.
     fn wanted_groups(&mut self) -> Vec<(usize, GroupId)> {
-        let (memberships, groups) = (&*self.memberships, self.memberships.groups());
-        let Room { clusters, places, positions, wanted, .. } = &mut *self.room;
+        let (memberships, winding_up) = (&*self.memberships, self.agenda.winding_up);
+        let Room { clusters, places, positions, wanted, groups, .. } = &mut *self.room;
+        groups.clear();
+        groups.extend(memberships.groups().iter().filter(|id| winding_up != Some(**id)));
         places.clear();
         positions.clear();
         clusters.of.clear();
@@ -53,7 +55,7 @@ impl Settling<'_> {
         for &id in &groups {
             let has_home = self.members(id).any(|place| self.known()[place].home() == Some(id));
             let first = self.members(id).next();
-            if let Some(first) = first.filter(|_| !has_home) {
+            if let Some(first) = first.filter(|_| !has_home && self.agenda.winding_up != Some(id)) {
                 self.withdraw(first, WithdrawalReason::GroupEnds);
             }
         }
@@ -63,7 +65,7 @@ impl Settling<'_> {
     /// Requests a handoff, if the receiving group has room.
     ///
     /// Implements section IV.B.1, with the dwell (34).
-    fn request(&mut self, place: usize, from: GroupId, to: GroupId) {
+    pub(super) fn request(&mut self, place: usize, from: GroupId, to: GroupId) {
         if self.known()[place].is_barred_from(to, self.now) {
             return;
         }
@@ -88,7 +90,8 @@ impl Settling<'_> {
             return;
         }
         let is_last = elapsed.s() >= self.params.group.dwell_max_s;
-        if handoff.from.is_some() && wanted != handoff.to {
+        let is_wound_up = handoff.from.is_some_and(|from| self.agenda.winding_up == Some(from));
+        if handoff.from.is_some() && wanted != handoff.to && !is_wound_up {
             self.withdraw(place, WithdrawalReason::WantedElsewhere);
         } else if self.is_held_by(place, handoff.to) || (is_last && self.views(place, handoff.to).any(|seen| seen)) {
             self.complete(place, CompletionReason::Received);

@@ -4,7 +4,7 @@ use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OnOrbit;
 use crate::message::{Cue, TargetLabel};
-use crate::team::{CentreEstimate, Discard, Margin};
+use crate::team::{CentreEstimate, Discard, GroupCount, Margin};
 use crate::uav::{UavId, UavState};
 
 /// Targets on known positions, groups without UAVs' motion: a world in which only memberships change.
@@ -465,4 +465,109 @@ fn coinciding_targets_are_no_trouble() {
     let mut world = World::new(6, &[5.0, 5.0, 5.0]);
     assert_eq!(world.kinds(), ["group-founded", "group-founded", "group-founded"]);
     assert_eq!(world.kinds(), [""; 0]);
+}
+
+/// Targets in groups of these ids, one UAV to each, groups by need.
+fn by_need(uavs: u32, x_m: &[f64], groups: &[u32]) -> World {
+    let mut world = World::new(uavs, x_m);
+    world.params.group.count = GroupCount::Needed;
+    for (place, id) in groups.iter().enumerate() {
+        world.memberships.set(place, Membership::Member(GroupId(*id)));
+        world.agenda.next_group = world.agenda.next_group.max(id + 1);
+    }
+    let ids = world.memberships.groups().to_vec();
+    let found = |id| Group::found(id, world.memberships.known(), world.memberships.of(id), &world.params);
+    world.previous = ids.into_iter().filter_map(found).collect();
+    world.team.iter_mut().for_each(|mate| mate.group = Some(GroupId(mate.uav.0)));
+    world
+}
+
+/// Two clusters 2 km apart are two groups for two UAVs, where half as many would be one; one cluster is one group of
+/// two; a third cluster waits, for there are no UAVs.
+#[test]
+fn there_are_as_many_groups_as_it_takes() {
+    let mut two = by_need(2, &[0.0, 30.0, 2000.0, 2030.0], &[]);
+    assert_eq!(two.kinds(), ["joined", "joined", "group-founded", "joined", "joined", "group-founded"]);
+    assert_eq!(two.groups(), [(0, vec![0, 1]), (1, vec![2, 3])]);
+    two.appear(4, 4000.0);
+    assert_eq!((two.kinds(), two.groups().len()), (vec![], 2));
+    let mut one = by_need(2, &[0.0, 30.0, 60.0, 90.0], &[]);
+    one.settle();
+    assert_eq!(one.groups(), [(0, vec![0, 1, 2, 3])]);
+}
+
+/// Two targets need an orbit of 590 m, at most 0.85 of 700 m: one group is enough. It ends once the other holds its
+/// target, and whoever appears meanwhile joins the other.
+#[test]
+fn a_group_that_others_hold_is_wound_up() {
+    assert_eq!(by_need(2, &[0.0, 600.0], &[0, 1]).kinds(), [""; 0]);
+    let mut world = by_need(2, &[0.0, 590.0], &[0, 1]);
+    world.params.group.centre = CentreEstimate::SmallestCircle;
+    assert_eq!(world.kinds(), ["handoff-requested"]);
+    let passed = |world: &World| world.memberships.known()[1].membership;
+    assert_eq!((passed(&world).group(), passed(&world).receiving_group()), (Some(GroupId(1)), Some(GroupId(0))));
+    world.appear(2, 589.0);
+    assert_eq!((world.kinds(), world.groups()), (vec!["joined"], vec![(0, vec![0, 1, 2]), (1, vec![1])]));
+    let events: Vec<_> = (0..60).flat_map(|_| world.settle()).take(2).collect();
+    assert_eq!(events[0].kind, EventKind::HandoffCompleted(CompletionReason::Received));
+    assert_eq!(events[1].kind, EventKind::GroupDissolved(DissolutionReason::NotNeeded));
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2])]);
+}
+
+/// Where each group has two UAVs, or there is but one, none is too many.
+#[test]
+fn pairs_are_not_wound_up() {
+    assert_eq!(by_need(4, &[0.0, 590.0], &[0, 1]).kinds(), [""; 0]);
+    assert_eq!(by_need(3, &[0.0, 590.0], &[0, 1]).kinds(), ["handoff-requested"]);
+}
+
+/// A target that the other group's UAVs do not see is not passed on: its group stays, and it takes in again.
+#[test]
+fn a_group_whose_target_nobody_else_sees_stays() {
+    let mut world = by_need(2, &[0.0, 590.0], &[0, 1]);
+    world.params.track.sensor.sensing_range_m = 10.0;
+    // The longest dwell is half a minute, the next review as long after it.
+    let kinds: Vec<_> = (0..115).flat_map(|_| world.kinds()).collect();
+    assert_eq!(kinds, ["handoff-requested", "handoff-withdrawn"]);
+    assert_eq!(world.agenda.winding_up, None);
+    assert_eq!(world.groups(), [(0, vec![0]), (1, vec![1])]);
+}
+
+/// Of a group that is wound up, the target at 520 m goes where it is held: with five at 0 m the circle takes an orbit of
+/// 520 m, with those at 700 m and 1,200 m one of 680 m, though their centroid, at 950 m, is nearer than that of the six,
+/// at 87 m.
+#[test]
+fn clustering_has_no_say_in_a_winding_up() {
+    let mut world = by_need(3, &[0.0, 0.0, 0.0, 0.0, 0.0, 700.0, 1200.0, 520.0], &[0, 0, 0, 0, 0, 1, 1, 2]);
+    world.params.group.centre = CentreEstimate::SmallestCircle;
+    let mut kinds: Vec<_> = (0..60).flat_map(|_| world.kinds()).collect();
+    kinds.truncate(3);
+    assert_eq!(kinds, ["handoff-requested", "handoff-completed", "group-dissolved"]);
+    assert_eq!(world.groups(), [(0, vec![0, 1, 2, 3, 4, 7]), (1, vec![5, 6])]);
+}
+
+/// About a group's orbit of 250 m a sensor that sees all round holds whoever is within 250 m of its centre: further out
+/// a target that is seen is no member yet.
+#[test]
+fn a_target_is_held_where_the_orbit_as_flown_holds_it() {
+    let member = |x_m: f64| {
+        let mut world = by_need(1, &[0.0], &[0]);
+        world.params.group.motion.response_s = 1.5;
+        world.appear(1, x_m);
+        assert_eq!(world.kinds(), ["joined"]);
+        world.memberships.known()[1].group()
+    };
+    assert_eq!((member(249.0), member(251.0)), (Some(GroupId(0)), None));
+}
+
+/// A circle that needs an orbit of 660 m has no room to spare, 0.9 of 700 m; but whoever is inside widens nothing.
+#[test]
+fn whoever_is_inside_the_circle_is_taken_in() {
+    let kinds = |x_m: f64| {
+        let mut world = by_need(1, &[0.0, 660.0], &[0, 0]);
+        world.params.group.centre = CentreEstimate::SmallestCircle;
+        world.appear(2, x_m);
+        world.kinds()
+    };
+    assert_eq!((kinds(330.0), kinds(-1.0)), (vec!["joined"], vec![]));
 }
