@@ -74,6 +74,8 @@ fn told(event: &EventRow) -> Option<String> {
         ("reassigned", "group-changed") => {
             "a group has twice, or half, as many targets as when UAVs were last assigned"
         }
+        ("reassigned", "unwatched") => "one UAV to the new group: its targets would else be unwatched",
+        ("reassigned", "pair") => "its group has ended, and two UAVs tell more of the other one than one",
         ("reassigned", "uav-joined") => "a UAV has joined the team",
         ("reassigned", "uav-lost") => "a UAV has been silent for too long",
         ("uav-lost", _) => "not heard for too long; the team goes on without it",
@@ -98,6 +100,8 @@ fn founded(cause: &str, members: u32) -> Option<String> {
     let which = match (cause, members) {
         ("first", 1) => " by itself",
         ("first", _) => " near one another",
+        ("scarce", 1) => " that would else be in no group; not every group has two UAVs now",
+        ("scarce", _) => " that one orbit holds and would else be in no group; not every group has two UAVs now",
         ("unassigned", 1) => " that was in no group",
         ("unassigned", _) => " that were in no group",
         ("split", _) => " split off: there are UAVs for another group",
@@ -153,6 +157,14 @@ mod tests {
     fn one_target_is_not_near_another() {
         let why = |members| EventRow { members: Some(members), ..event("group-founded", "first") }.why();
         assert_eq!([why(1), why(3)], ["1 target by itself", "3 targets near one another"]);
+    }
+
+    #[test]
+    fn it_is_told_why_a_group_has_one_uav_or_two() {
+        let founded = EventRow { members: Some(3), ..event("group-founded", "scarce") }.why();
+        assert!(founded.starts_with("3 targets") && founded.ends_with("not every group has two UAVs now"), "{founded}");
+        let (alone, pair) = (event("reassigned", "unwatched").why(), event("reassigned", "pair").why());
+        assert!(alone.contains("would else be unwatched") && pair.contains("two UAVs tell more"), "{alone} {pair}");
     }
 
     /// A record of a version without the columns has no cause, a brain of somebody else its own kinds.

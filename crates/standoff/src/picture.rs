@@ -19,7 +19,7 @@ use crate::inbox::Inbox;
 use crate::message::TargetLabel;
 use crate::sensor::{RangeBearing, SensorParams};
 use crate::target::Transition;
-use crate::team::{GroupParams, TeamParams};
+use crate::team::{GroupCount, GroupParams, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
@@ -324,6 +324,8 @@ impl Picture {
         }
         for (duty, mate) in self.crew.iter().zip(&self.team) {
             if let Some(old) = mate.group.filter(|old| *old != duty.group) {
+                let crew = self.crew.iter().filter(|other| other.group == duty.group).count();
+                let reason = if params.group.count == GroupCount::Needed { reason.by_need(crew) } else { reason };
                 let event = Event::of_group(EventKind::Reassigned(reason), old);
                 self.events.push(Event { to: Some(duty.group), uav: Some(duty.uav), ..event });
             }

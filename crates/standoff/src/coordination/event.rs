@@ -122,6 +122,8 @@ pub enum FoundingReason {
     First,
     /// Targets in no group.
     Unassigned,
+    /// Targets in no group, and there are not two UAVs for each group any more: some groups have one.
+    Scarce,
     /// There are UAVs for another group: this one was split off.
     Split,
 }
@@ -190,6 +192,21 @@ pub enum AssignmentReason {
     UavLost,
     /// A group has twice, or half, as many targets as when UAVs were last assigned.
     GroupChanged,
+    /// Targets would be in no group: the UAV serves the new one alone. Where groups are formed by need.
+    Unwatched,
+    /// A group has ended: the UAV makes a pair. Where groups are formed by need.
+    Pair,
+}
+
+impl AssignmentReason {
+    /// What it is for a UAV that becomes one of `crew` that serve the group, where groups are formed by need.
+    pub(crate) fn by_need(self, crew: usize) -> Self {
+        match self {
+            Self::GroupFounded if crew < 2 => Self::Unwatched,
+            Self::GroupDissolved if crew > 1 => Self::Pair,
+            other => other,
+        }
+    }
 }
 
 impl EventKind {
@@ -228,6 +245,7 @@ impl EventKind {
             Self::Lost(LossReason::Diverged) => "diverged",
             Self::GroupFounded { reason: FoundingReason::First, .. } => "first",
             Self::GroupFounded { reason: FoundingReason::Unassigned, .. } => "unassigned",
+            Self::GroupFounded { reason: FoundingReason::Scarce, .. } => "scarce",
             Self::GroupFounded { reason: FoundingReason::Split, .. } | Self::Regrouped => "split",
             Self::GroupDissolved(DissolutionReason::Empty) => "empty",
             Self::GroupDissolved(DissolutionReason::TooMany) => "too-many",
@@ -251,11 +269,28 @@ impl EventKind {
             Self::Reassigned(AssignmentReason::GroupFounded) => "group-founded",
             Self::Reassigned(AssignmentReason::GroupDissolved) => "group-dissolved",
             Self::Reassigned(AssignmentReason::GroupChanged) => "group-changed",
+            Self::Reassigned(AssignmentReason::Unwatched) => "unwatched",
+            Self::Reassigned(AssignmentReason::Pair) => "pair",
             Self::Reassigned(AssignmentReason::UavJoined) => "uav-joined",
             Self::Reassigned(AssignmentReason::UavLost) => "uav-lost",
             Self::OrbitInfeasible { smallest_m, .. } if smallest_m.is_finite() => "too-wide",
             Self::OrbitInfeasible { .. } => "too-fast",
             _ => return None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Alone to a new group, or to another one as a second: only that tells more than that groups have come or gone.
+    #[test]
+    fn a_uav_is_reassigned_alone_or_as_a_second() {
+        let cause = |reason: AssignmentReason, crew| EventKind::Reassigned(reason.by_need(crew)).cause();
+        let [founded, dissolved] = [AssignmentReason::GroupFounded, AssignmentReason::GroupDissolved];
+        assert_eq!([1, 2].map(|crew| cause(founded, crew)), [Some("unwatched"), Some("group-founded")]);
+        assert_eq!([1, 2].map(|crew| cause(dissolved, crew)), [Some("group-dissolved"), Some("pair")]);
+        assert_eq!(cause(AssignmentReason::UavLost, 2), Some("uav-lost"));
     }
 }

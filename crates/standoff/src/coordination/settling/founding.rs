@@ -208,7 +208,8 @@ impl Settling<'_> {
             }
             self.events.push(Event::of_track(EventKind::Joined, self.track(*place), Some(id)));
         }
-        self.tell_of_founding(id, FoundingReason::Unassigned);
+        let is_scarce = self.params.group.count == GroupCount::Needed && 2 * self.groups() > self.team.len();
+        self.tell_of_founding(id, if is_scarce { FoundingReason::Scarce } else { FoundingReason::Unassigned });
     }
 
     /// Splits the group with the largest sum of squares in two; the part with more members stays itself.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::angle::Angle;
+use crate::coordination::event::FoundingReason;
 use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OnOrbit;
@@ -489,6 +490,16 @@ fn there_are_as_many_groups_as_it_takes() {
     let mut two = by_need(2, &[0.0, 30.0, 2000.0, 2030.0], &[]);
     assert_eq!(two.kinds(), ["joined", "joined", "group-founded", "joined", "joined", "group-founded"]);
     assert_eq!(two.groups(), [(0, vec![0, 1]), (1, vec![2, 3])]);
+    let reason = |world: &mut World| {
+        world.memberships.start(track(9, 9000.0));
+        world.settle().iter().find_map(|event| match event.kind {
+            EventKind::GroupFounded { members: 1, reason } => Some(reason),
+            _ => None,
+        })
+    };
+    // The second of two groups takes a UAV from the first; of four UAVs each has two.
+    assert_eq!(reason(&mut by_need(2, &[0.0], &[0])), Some(FoundingReason::Scarce));
+    assert_eq!(reason(&mut by_need(4, &[0.0], &[0])), Some(FoundingReason::Unassigned));
     two.appear(4, 4000.0);
     assert_eq!((two.kinds(), two.groups().len()), (vec![], 2));
     let mut one = by_need(2, &[0.0, 30.0, 60.0, 90.0], &[]);
