@@ -28,7 +28,7 @@ pub(crate) struct Args {
     /// Seed of the first run; the next has the next.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=SEED_MAX))]
     seed: u64,
-    /// Fly the improvements over this traffic file, too; may be given several times.
+    /// Fly improvements and coverage over this traffic file, too; may be given several times.
     #[arg(long, value_name = "FILE")]
     traffic: Vec<PathBuf>,
     /// Number of threads [default: one per core]. The results are the same with any number.

@@ -7,8 +7,18 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const STUDIES: [&str; 9] =
-    ["table-2", "figure-6", "figure-7", "figure-8", "figure-9", "figure-10", "figure-11", "errata", "improvements"];
+const STUDIES: [&str; 10] = [
+    "table-2",
+    "figure-6",
+    "figure-7",
+    "figure-8",
+    "figure-9",
+    "figure-10",
+    "figure-11",
+    "errata",
+    "improvements",
+    "coverage",
+];
 
 fn reproduce(folder: &Path, threads: &str, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));

@@ -4,13 +4,33 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use standoff::ParamError;
 use standoff_sim::monte_carlo::{each_seed, fly_all};
 use standoff_sim::record::Frame;
-use standoff_sim::run::Mission;
+use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::{Edits, Scenario, Template};
 use standoff_sim::score::{Choice, Metrics};
 
 use crate::failure::Failure;
+use crate::streets::Streets;
+
+/// The paper's law, for missions that are flown otherwise. Over traffic `guidance.lead_s` stays the scenario's.
+pub(crate) const PAPERS_LAW: [&str; 14] = [
+    "guidance.feedforward=exact",
+    "guidance.turn_rate_gain=0",
+    "guidance.heading_gain_1_s=2",
+    "guidance.lead=constant",
+    "guidance.speed_reference=ground",
+    "orbit.margin=mahalanobis",
+    "orbit.on_membership_change=filter",
+    "orbit.centre=filtered",
+    "orbit.aim=centre",
+    "orbit.response_s=0",
+    "orbit.take_back_fraction=0.9",
+    "groups.count=half",
+    "groups.discard=furthest",
+    "groups.assignment_inertia=0.5",
+];
 
 /// A margin in metres in place of (16), which is not the paper's.
 pub(crate) const IN_METRES: [&str; 2] = ["orbit.margin=standard-deviations", "orbit.on_membership_change=shift"];
@@ -24,7 +44,7 @@ pub struct Plan {
     pub first_seed: u64,
     /// On so many threads; one per core if `None`. Makes no difference but in time.
     pub threads: Option<NonZeroUsize>,
-    /// Traffic files over which the improvements are flown, too.
+    /// Traffic files over which improvements and coverage are flown, too.
     pub traffic: Vec<PathBuf>,
 }
 
@@ -41,13 +61,29 @@ impl Plan {
         set: &[&str],
         look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
     ) -> Result<Vec<T>, Failure> {
-        let looked = each_seed(&Flown::of(scenario, set).template()?, self.seeds(), self.threads, look);
+        self.look(&Flown::of(scenario, set), look)
+    }
+
+    /// The scenario of each seed of a mission through `look`, in the order of the seeds.
+    pub(crate) fn look<T: Send>(
+        &self,
+        mission: &Flown,
+        look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
+    ) -> Result<Vec<T>, Failure> {
+        let template = mission.template()?;
+        let looked = each_seed(&template, self.seeds(), self.threads, |scenario| match &mission.streets {
+            None => look(scenario),
+            Some(streets) => look(&template.clone().over(streets.traffic(scenario.seed)?).draw(scenario.seed)?),
+        });
         looked.map_err(Failure::running)?.into_iter().collect()
     }
 
     /// Flies and scores every seed, in order.
     pub(crate) fn fly(&self, mission: &Flown, choice: Choice) -> Result<Vec<Metrics>, Failure> {
-        fly_all(&mission.template()?, self.seeds(), choice, self.threads).map_err(Failure::running)
+        if mission.streets.is_none() {
+            return fly_all(&mission.template()?, self.seeds(), choice, self.threads).map_err(Failure::running);
+        }
+        self.look(mission, |scenario| fly(scenario, choice).map_err(|errors| refused(&errors)))
     }
 
     /// The scenario of the first seed.
@@ -61,18 +97,32 @@ impl Plan {
 pub(crate) struct Flown {
     scenario: String,
     edits: Edits,
+    /// Instead of the scenario's traffic, that of streets drawn from the seed.
+    streets: Option<Streets>,
 }
 
 impl Flown {
     /// A built-in scenario with these values set.
     pub(crate) fn of(scenario: &str, set: &[&str]) -> Self {
-        Self { scenario: scenario.to_owned(), edits: Edits::default() }.and(set)
+        Self { scenario: scenario.to_owned(), edits: Edits::default(), streets: None }.and(set)
     }
 
     /// Flown over a traffic file, with the settings of `traffic/convoy`.
     pub(crate) fn over(file: &Path, set: &[&str]) -> Self {
         let edits = Edits { traffic: Some(file.to_owned()), ..Edits::default() };
-        Self { scenario: "traffic/convoy".to_owned(), edits }.and(set)
+        Self { scenario: "traffic/convoy".to_owned(), edits, streets: None }.and(set)
+    }
+
+    /// Flown over streets drawn from the seed, with the settings of `traffic/convoy`.
+    pub(crate) fn streets(streets: Streets) -> Self {
+        Self { streets: Some(streets), ..Self::of("traffic/convoy", &[]) }
+    }
+
+    /// The same with so many UAVs.
+    #[must_use]
+    pub(crate) fn with_uavs(mut self, uavs: u32) -> Self {
+        self.edits.uavs = Some(uavs);
+        self
     }
 
     /// The same with further values set.
@@ -103,10 +153,14 @@ pub(crate) fn time_s(frame: &Frame) -> f64 {
     frame.time_us as f64 * 1e-6
 }
 
+/// What is wrong with a mission's parameters.
+fn refused(errors: &[ParamError]) -> Failure {
+    Failure::Running(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+}
+
 /// Flies a mission and shows every frame.
 pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
-    let mut mission = Mission::new(scenario)
-        .map_err(|errors| Failure::Running(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
+    let mut mission = Mission::new(scenario).map_err(|errors| refused(&errors))?;
     while let Some(frame) = mission.frame() {
         look(frame);
     }

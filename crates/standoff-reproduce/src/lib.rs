@@ -4,6 +4,7 @@
 //! by rule. The page of all claims is a function of the studies.
 
 mod claim;
+mod coverage;
 mod errata;
 mod failure;
 mod flights;
@@ -13,6 +14,7 @@ mod missions;
 mod page;
 mod separation;
 mod statistics;
+mod streets;
 mod study;
 mod table_2;
 
@@ -40,7 +42,7 @@ impl Piece {
 }
 
 /// All there is, in the order of the page.
-pub const PIECES: [Piece; 9] = [
+pub const PIECES: [Piece; 10] = [
     Piece {
         name: "table-2",
         about: "Mean errors of one and of two UAVs, with and without the active measures",
@@ -65,5 +67,10 @@ pub const PIECES: [Piece; 9] = [
         name: "improvements",
         about: "What this project's improvements gain, one at a time, and how close the best is to what is possible",
         studies: &[improvements::improvements],
+    },
+    Piece {
+        name: "coverage",
+        about: "How much of the traffic is watched, and how calmly, by the paper's law and with what is new",
+        studies: &[coverage::coverage],
     },
 ];

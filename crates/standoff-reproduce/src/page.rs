@@ -97,11 +97,11 @@ fn markdown(heads: &[impl ToString], rows: impl IntoIterator<Item = Vec<String>>
     format!("\n{head}|{}\n", "---|".repeat(heads.len())) + &rows.into_iter().map(row).collect::<String>()
 }
 
-/// The command that makes a study again, or all. Traffic is flown by one study alone.
+/// The command that makes a study again, or all. Traffic is flown by two studies.
 fn command(study: Option<&str>, plan: &Plan) -> String {
     match study {
         None => format!("standoff reproduce {}", options(plan)),
-        Some("improvements") => format!("standoff reproduce improvements {}", options(plan)),
+        Some(study @ ("improvements" | "coverage")) => format!("standoff reproduce {study} {}", options(plan)),
         Some(study) => {
             format!("standoff reproduce {study} {}", options(&Plan { traffic: Vec::new(), ..plan.clone() }))
         }

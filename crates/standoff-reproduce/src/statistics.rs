@@ -67,6 +67,11 @@ impl Estimate {
         Self { value, low, high }
     }
 
+    /// The same in a unit of which so many are one of the old.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self { value: factor * self.value, low: factor * self.low, high: factor * self.high }
+    }
+
     /// The number, and its interval in brackets.
     pub(crate) fn told(&self, number: fn(f64) -> String) -> String {
         format!("{} [{}, {}]", number(self.value), number(self.low), number(self.high))

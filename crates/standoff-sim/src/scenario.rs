@@ -101,6 +101,13 @@ impl Template {
         Err(problems.into())
     }
 
+    /// The same over other traffic, where it is flown over traffic; else the same.
+    #[must_use]
+    pub fn over(mut self, traffic: Traffic) -> Self {
+        self.traffic = self.traffic.map(|_| Arc::new(traffic));
+        self
+    }
+
     /// The scenario's name.
     pub fn name(&self) -> &str {
         &self.typed.name
