@@ -182,7 +182,20 @@ impl Group {
                     CentreEstimate::SmallestCircle => circle_in(lead_s, states)?.1,
                     CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
                 };
-                params.standoff.distance(expected, margin_m)
+                let expected = params.standoff.distance(expected, margin_m);
+                match flown {
+                    None => expected,
+                    // What is flown by then is still on its way.
+                    Some(_) => {
+                        let then = OrbitMotion::start(&at, &standoff).widened_to(
+                            &expected,
+                            &params.standoff,
+                            &params.motion,
+                            lead_s,
+                        );
+                        StandoffDistance { distance_m: then.radius_m, rate_m_s: then.rate_m_s, ..expected }
+                    }
+                }
             }
         };
         let (before, dt) = smoothed.unzip();
