@@ -78,6 +78,11 @@ fn told(event: &EventRow) -> Option<String> {
         ("reassigned", "pair") => "its group has ended, and two UAVs tell more of the other one than one",
         ("reassigned", "uav-joined") => "a UAV has joined the team",
         ("reassigned", "uav-lost") => "a UAV has been silent for too long",
+        ("reassigned", "search-ended") => "a UAV is back from a search",
+        ("search-started", _) => "no group needs it, and the target can still be near where it was lost",
+        ("search-ended", "found") => "the target was measured again",
+        ("search-ended", "given-up") => "the target can be anywhere by now",
+        ("search-ended", "needed") => "a group needs the UAV",
         ("uav-lost", _) => "not heard for too long; the team goes on without it",
         ("uav-joined", _) => "heard for the first time, or again",
         ("orbit-infeasible", "too-wide") => {

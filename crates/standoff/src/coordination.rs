@@ -8,6 +8,7 @@ pub mod group_id;
 pub mod handoff;
 pub mod memberships;
 mod required_orbit;
+pub mod search;
 pub(crate) mod settling;
 mod spread;
 pub mod teammate;

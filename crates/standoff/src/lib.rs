@@ -41,6 +41,7 @@ pub use coordination::group::Group;
 pub use coordination::group_id::GroupId;
 pub use coordination::handoff::Handoff;
 pub use coordination::memberships::{Known, Membership};
+pub use coordination::search::SearchDuty;
 pub use coordination::teammate::Teammate;
 pub use covariance::Covariance;
 pub use estimation::information_filter::{Contribution, Estimate, InformationFilter};
@@ -59,7 +60,7 @@ pub use smallest_circle::{CircleMotion, SmallestCircle};
 pub use step::{Diagnostics, LookAt, Observation, Step};
 pub use target::{TargetParams, TargetState, Transition};
 pub use team::{
-    Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, TeamParams,
+    Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search, TeamParams,
 };
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

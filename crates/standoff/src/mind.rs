@@ -3,7 +3,8 @@
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
-use crate::frame::{Position, Velocity};
+use crate::coordination::search::SearchArea;
+use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::aim::middle;
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
@@ -226,15 +227,18 @@ impl Mind {
         (wanted, error_rad, Some(steering))
     }
 
-    /// With nothing to watch: a circle of the smallest orbit, about where something was last known to be, or where the
-    /// UAV is.
+    /// With nothing to watch: a circle about where it searches; else of the smallest orbit, about where something was last
+    /// known to be, or where the UAV is.
     fn wait(&self, id: UavId, own: &UavState) -> Command {
-        let (speed_m_s, radius_m) = (self.params.uav.speed_m_s, self.params.group.standoff.radius_min_m);
-        let Some(last) = self.nearest_known(id, own) else {
+        let (speed_m_s, smallest_m) = (self.params.uav.speed_m_s, self.params.group.standoff.radius_min_m);
+        let searched = self.search_area(id).map(|area| (area.about, area.radius_m));
+        let last = || self.nearest_known(id, own).map(|last| (last.position, smallest_m));
+        let Some((centre, radius_m)) = searched.or_else(last) else {
+            let radius_m = smallest_m;
             return Command { speed_m_s, turn_rate_rad_s: self.params.guidance.sense.sign() * speed_m_s / radius_m };
         };
         let orbit = Orbit {
-            centre: last.position,
+            centre,
             centre_velocity: Velocity::ZERO,
             distance_m: radius_m,
             rate_m_s: 0.0,
@@ -243,9 +247,22 @@ impl Mind {
         Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
     }
 
-    /// The group's centre, or the middle of its members; without a group, where something was last known to be.
+    fn search_area(&self, id: UavId) -> Option<SearchArea> {
+        SearchArea::of(self.picture().searched_by(id)?, 0.0, &self.params)
+    }
+
+    /// The group's centre, or the middle of its members; without a group, where it searches, or where something was last
+    /// known to be.
     fn look_at(&self, id: UavId, uav: &UavState, group: Option<&Group>) -> Option<LookAt> {
-        let Some(group) = group else { return self.nearest_known(id, uav) };
+        let Some(group) = group else {
+            let searched = self.search_area(id).map(|area| {
+                let sensor = &self.params.track.sensor;
+                let boresight = area.boresight(id, uav.position, self.now, sensor.field_of_view_rad);
+                let ahead = Displacement::from_polar(sensor.sensing_range_m, boresight);
+                LookAt { position: uav.position + ahead, velocity: Velocity::ZERO }
+            });
+            return searched.or_else(|| self.nearest_known(id, uav));
+        };
         let centre = group.centre.estimate().state;
         let centre = LookAt { position: centre.position(), velocity: centre.velocity() };
         if self.params.group.aim == Aim::Centre {

@@ -9,6 +9,7 @@ use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::{Known, Memberships, Roster};
+use crate::coordination::search::{SearchDuty, Searching};
 use crate::coordination::settling::{Agenda, Room, Settling};
 use crate::coordination::teammate::Teammate;
 use crate::estimation::information_filter::Contribution;
@@ -19,7 +20,7 @@ use crate::inbox::Inbox;
 use crate::message::TargetLabel;
 use crate::sensor::{RangeBearing, SensorParams};
 use crate::target::Transition;
-use crate::team::{GroupCount, GroupParams, TeamParams};
+use crate::team::{GroupCount, GroupParams, Search, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
@@ -30,8 +31,11 @@ pub struct Picture {
     pub time: Time,
     /// The groups, by ascending id.
     pub groups: Vec<Group>,
-    /// Who serves which group, by ascending UAV: every UAV heard of late, while there is anything to watch.
+    /// Who serves which group, by ascending UAV: every UAV heard of late that does not search, while there is anything
+    /// to watch.
     pub crew: Vec<Duty>,
+    /// Who searches for which lost target, by ascending UAV.
+    pub searches: Vec<SearchDuty>,
     /// Number of targets that are known, not lost, and in no group.
     pub unassigned: u32,
     /// What changed at this instant.
@@ -94,6 +98,12 @@ impl Picture {
         self.group(duty.group)
     }
 
+    /// The lost track that a UAV searches for.
+    pub fn searched_by(&self, uav: UavId) -> Option<&Track> {
+        let duty = self.searches.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| &self.searches[index])?;
+        self.find(duty.track).map(|known| &known.track)
+    }
+
     /// The group of that id.
     pub fn group(&self, id: GroupId) -> Option<&Group> {
         self.groups.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.groups[index])
@@ -138,6 +148,7 @@ impl Picture {
         .settle();
         self.unassigned = self.known().iter().filter(|known| known.is_unassigned()).count() as u32;
         self.form_groups(previous, news, params, &scratch.before);
+        self.settle_searches(previous, params);
         self.assign_crew(previous, params);
         self.tell_of_uavs(previous);
         self.judge_groups(previous, params);
@@ -299,6 +310,15 @@ impl Picture {
         }
     }
 
+    /// Who searches; the others serve groups.
+    fn settle_searches(&mut self, previous: &Picture, params: &TeamParams) {
+        self.searches.clone_from(&previous.searches);
+        if params.group.search == Search::Lost {
+            let (memberships, team) = (&self.memberships, &mut self.team[..]);
+            Searching { memberships, team, params, duties: &mut self.searches, events: &mut self.events }.settle();
+        }
+    }
+
     /// Carries the crew on; assigns it anew where groups or UAVs have come or gone.
     fn assign_crew(&mut self, previous: &Picture, params: &TeamParams) {
         self.crew.clear();
@@ -307,12 +327,14 @@ impl Picture {
             return;
         }
         let Some(reason) = self.reason_to_assign(previous) else {
-            self.crew.extend_from_slice(&previous.crew);
+            let Self { crew, searches, .. } = self;
+            crew.extend(previous.crew.iter().filter(|duty| !is_searching(searches, duty.uav)));
             return;
         };
         let available =
             |mate: &Teammate| AvailableUav { uav: mate.uav, position: mate.state.position, serves: mate.group };
-        let uavs: Vec<AvailableUav> = self.team.iter().map(available).collect();
+        let at_hand = || self.team.iter().filter(|mate| !is_searching(&self.searches, mate.uav));
+        let uavs: Vec<AvailableUav> = at_hand().map(available).collect();
         let positions = |id: GroupId| self.memberships.of(id).map(|place| self.known()[place].position());
         let members: Vec<(GroupId, Vec<Position>)> =
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
@@ -322,8 +344,8 @@ impl Picture {
         for group in &mut self.groups {
             group.members_when_assigned = group.members;
         }
-        for (duty, mate) in self.crew.iter().zip(&self.team) {
-            if let Some(old) = mate.group.filter(|old| *old != duty.group) {
+        for (duty, uav) in self.crew.iter().zip(&uavs) {
+            if let Some(old) = uav.serves.filter(|old| *old != duty.group) {
                 let crew = self.crew.iter().filter(|other| other.group == duty.group).count();
                 let reason = if params.group.count == GroupCount::Needed { reason.by_need(crew) } else { reason };
                 let event = Event::of_group(EventKind::Reassigned(reason), old);
@@ -340,10 +362,13 @@ impl Picture {
             Some(AssignmentReason::GroupDissolved)
         } else if self.groups.iter().any(|group| previous.group(group.id).is_none()) {
             Some(AssignmentReason::GroupFounded)
-        } else if self.team.iter().any(|mate| mate.group.is_none()) {
-            Some(AssignmentReason::UavJoined)
         } else {
-            self.groups.iter().any(Group::has_changed).then_some(AssignmentReason::GroupChanged)
+            let mut idle = self.team.iter().filter(|mate| mate.group.is_none());
+            match idle.find(|mate| !is_searching(&self.searches, mate.uav)) {
+                Some(mate) if is_searching(&previous.searches, mate.uav) => Some(AssignmentReason::SearchEnded),
+                Some(_) => Some(AssignmentReason::UavJoined),
+                None => self.groups.iter().any(Group::has_changed).then_some(AssignmentReason::GroupChanged),
+            }
         }
     }
 
@@ -368,8 +393,9 @@ impl Picture {
 
     /// How the groups' UAVs follow their orbits; tells of orbits that cannot be flown and of UAVs too close.
     fn judge_groups(&mut self, previous: &Picture, params: &TeamParams) {
-        for (mate, duty) in self.team.iter_mut().zip(&self.crew) {
-            mate.group = Some(duty.group);
+        let mut crew = self.crew.iter().peekable();
+        for mate in &mut self.team {
+            mate.group = crew.next_if(|duty| duty.uav == mate.uav).map(|duty| duty.group);
         }
         self.place_on_orbits(params);
         for group in &mut self.groups {
@@ -388,7 +414,7 @@ impl Picture {
         on_orbit.clear();
         if let Some(first) = self.groups.first() {
             let place = |mate: &Teammate| {
-                // While there are groups, everybody serves one.
+                // Who searches is on no orbit; nobody asks where.
                 let group = mate.group.and_then(|group| self.group(group)).unwrap_or(first);
                 (mate.state.position, group.orbit(params))
             };
@@ -400,6 +426,10 @@ impl Picture {
         }
         self.on_orbit = on_orbit;
     }
+}
+
+fn is_searching(searches: &[SearchDuty], uav: UavId) -> bool {
+    searches.iter().any(|duty| duty.uav == uav)
 }
 
 impl Scratch {

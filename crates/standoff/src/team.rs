@@ -13,7 +13,9 @@ use crate::target::TargetParams;
 use crate::time::Duration;
 use crate::uav::{Integrator, UavParams};
 
-pub use group_params::{Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange};
+pub use group_params::{
+    Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search,
+};
 
 /// Parameters of a team; every agent of it is built from the same.
 ///
@@ -78,6 +80,7 @@ impl TeamParams {
                     radius_max_m: 700.0,
                 },
                 count: GroupCount::Half,
+                search: Search::None,
                 margin: Margin::StandardDeviations(1.645),
                 centre: CentreEstimate::Filtered,
                 aim: Aim::Centre,

@@ -203,7 +203,7 @@ proptest! {
     fn odd_worlds_are_answered(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10, is_new in any::<bool>(), by_need in any::<bool>()) {
         let mut params = TeamParams::table_1();
         if is_new {
-            params.group = GroupParams { centre: CentreEstimate::SmallestCircle, aim: Aim::Middle, discard: Discard::Widening, ..params.group };
+            params.group = GroupParams { centre: CentreEstimate::SmallestCircle, aim: Aim::Middle, discard: Discard::Widening, search: Search::Lost, ..params.group };
             params.guidance.lead = Lead::Predicted;
         }
         if by_need {
@@ -333,4 +333,51 @@ fn uavs_are_assigned_anew_when_a_group_doubles() {
         team.tick(tick);
     }
     assert_eq!((serving(&team, 0), serving(&team, 1)), (1, 2));
+}
+
+/// Three cars that part, gone for a quarter of a minute, and elsewhere when they come back.
+fn gone_for_a_while(id: u32, now: Time) -> Option<(Position, Velocity)> {
+    let velocity = Velocity::from_polar(7.0, Angle::from_deg(120.0 * f64::from(id)));
+    let position = Position::ORIGIN + velocity * now.s();
+    Some((position, velocity)).filter(|_| !(30.0..50.0).contains(&now.s()))
+}
+
+/// Each of three UAVs searches for a car of its own when all are lost, in every agent's picture and in a fleet's to the bit;
+/// who has found its car serves its group, and nobody does both.
+#[test]
+fn each_searches_for_a_lost_one_of_its_own() {
+    let mut params = TeamParams::table_1();
+    (params.group.count, params.group.search) = (GroupCount::Needed, Search::Lost);
+    let mut team = Team::new(3, 3).with_motion(gone_for_a_while);
+    team.agents = (0..3).map(|id| Agent::new(UavId(id), params).unwrap()).collect();
+    let mut fleet = Fleet::new(params).unwrap();
+    let mut told = BTreeSet::new();
+    for tick in 0..200 {
+        let (now, scans, inbox) = team.speak(tick);
+        let observed = observe_all(&mut fleet, now, &team.states, &scans, &inbox);
+        for (index, one) in observed.iter().enumerate() {
+            let alone = step(&mut team.agents[index], now, &team.states[index], scan_of(&scans[index]), &inbox);
+            let together = fleet.decide(one);
+            assert_eq!((alone.command, alone.look_at), (together.command, together.look_at), "tick {tick}");
+            assert_eq!(format!("{:?}", team.agents[index].picture()), format!("{:?}", fleet.picture()), "tick {tick}");
+        }
+        let picture = fleet.picture();
+        let searched: BTreeSet<TrackId> = picture.searches.iter().map(|duty| duty.track).collect();
+        assert_eq!(searched.len(), picture.searches.len(), "two after one");
+        let mut busy: Vec<UavId> = picture.crew.iter().map(|duty| duty.uav).collect();
+        busy.extend(picture.searches.iter().map(|duty| duty.uav));
+        busy.sort_unstable_by_key(|uav| uav.0);
+        assert_eq!(busy, [UavId(0), UavId(1), UavId(2)], "tick {tick}");
+        for group in &picture.groups {
+            assert!(picture.crew.iter().any(|duty| duty.group == group.id), "nobody serves {:?}", group.id);
+        }
+        told.extend(picture.events.iter().map(|event| (event.kind.name(), event.kind.cause())));
+        if tick == 99 {
+            assert_eq!((picture.groups.len(), searched.len()), (0, 3), "all lost");
+        }
+        team.tick(tick);
+    }
+    assert!(told.contains(&("search-started", None)) && told.contains(&("search-ended", Some("found"))), "{told:?}");
+    let picture = team.agents[0].picture();
+    assert!(picture.searches.is_empty() && picture.known().iter().all(|known| !known.track.is_lost()), "{picture:?}");
 }

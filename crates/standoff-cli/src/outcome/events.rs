@@ -155,9 +155,10 @@ impl Event {
             _ => String::new(),
         };
         let target = self.target.as_deref().map(named);
-        let of_uav = ["reassigned", "uav-lost", "uav-joined"].contains(&self.kind.as_str());
+        let of_uav =
+            ["reassigned", "search-started", "search-ended", "uav-lost", "uav-joined"].contains(&self.kind.as_str());
         let uav = self.uavs.first().filter(|_| of_uav).map(|uav| format!("UAV {uav}"));
-        let who = [target.or(uav).unwrap_or_default(), groups];
+        let who = [target.unwrap_or_default(), uav.unwrap_or_default(), groups];
         who.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 }

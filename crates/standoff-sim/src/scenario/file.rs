@@ -328,6 +328,8 @@ tables! {
     } words {
         /// How many groups: `half` as many as UAVs, or as many as are `needed`.
         count: GroupCount = Needed;
+        /// What UAVs do that no group needs: `none`, or search for what is `lost`.
+        search: Search = None;
         /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
         objective: Objective = LogDet;
         /// Where an orbit cannot hold all, the `furthest` goes, or who is most `widening` it.
@@ -542,6 +544,15 @@ words! {
         Half,
         /// As many as the targets need: one UAV is enough for a group.
         Needed,
+    }
+}
+words! {
+    /// What UAVs do that no group needs.
+    Search for standoff::Search {
+        /// They watch with the others of their group.
+        None,
+        /// They search for lost targets, by where these can be by now.
+        Lost,
     }
 }
 words! {

@@ -75,6 +75,7 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
                 radius_max_m: number!("group.standoff.radius_max_m", orbit.radius_max_m),
             },
             count: file.groups.count.into(),
+            search: file.groups.search.into(),
             margin: match file.orbit.margin {
                 file::Margin::Mahalanobis => Margin::Mahalanobis,
                 file::Margin::StandardDeviations => {

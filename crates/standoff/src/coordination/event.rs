@@ -93,6 +93,10 @@ pub enum EventKind {
     LeftOut(WithdrawalReason),
     /// A UAV serves another group than before.
     Reassigned(AssignmentReason),
+    /// A UAV leaves its group, if it has one, to search for a lost target.
+    SearchStarted,
+    /// It is called back.
+    SearchEnded(SearchEnd),
     /// A UAV was not heard for too long: the team goes on without it.
     UavLost,
     /// A UAV came in, or came back.
@@ -179,6 +183,17 @@ pub enum WithdrawalReason {
     TargetLost,
 }
 
+/// Why a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SearchEnd {
+    /// The target was measured.
+    Found,
+    /// It can be anywhere by now, or is forgotten.
+    GivenUp,
+    /// A group needs the UAV.
+    Needed,
+}
+
 /// Why the UAVs were assigned anew.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AssignmentReason {
@@ -190,6 +205,8 @@ pub enum AssignmentReason {
     UavJoined,
     /// A UAV is silent.
     UavLost,
+    /// A UAV is back from a search.
+    SearchEnded,
     /// A group has twice, or half, as many targets as when UAVs were last assigned.
     GroupChanged,
     /// Targets would be in no group: the UAV serves the new one alone. Where groups are formed by need.
@@ -228,6 +245,8 @@ impl EventKind {
             Self::TakenBack => "taken-back",
             Self::LeftOut(_) => "left-out",
             Self::Reassigned(_) => "reassigned",
+            Self::SearchStarted => "search-started",
+            Self::SearchEnded(_) => "search-ended",
             Self::UavLost => "uav-lost",
             Self::UavJoined => "uav-joined",
             Self::OrbitInfeasible { .. } => "orbit-infeasible",
@@ -273,6 +292,10 @@ impl EventKind {
             Self::Reassigned(AssignmentReason::Pair) => "pair",
             Self::Reassigned(AssignmentReason::UavJoined) => "uav-joined",
             Self::Reassigned(AssignmentReason::UavLost) => "uav-lost",
+            Self::Reassigned(AssignmentReason::SearchEnded) => "search-ended",
+            Self::SearchEnded(SearchEnd::Found) => "found",
+            Self::SearchEnded(SearchEnd::GivenUp) => "given-up",
+            Self::SearchEnded(SearchEnd::Needed) => "needed",
             Self::OrbitInfeasible { smallest_m, .. } if smallest_m.is_finite() => "too-wide",
             Self::OrbitInfeasible { .. } => "too-fast",
             _ => return None,

@@ -79,6 +79,16 @@ pub enum GroupCount {
     Needed,
 }
 
+/// What UAVs do that no group needs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Search {
+    /// They watch with the others of their group.
+    #[default]
+    None,
+    /// They search for lost targets, by where these can be by now.
+    Lost,
+}
+
 /// Parameters of groups.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupParams {
@@ -86,6 +96,8 @@ pub struct GroupParams {
     pub standoff: StandoffParams,
     /// How many groups there are.
     pub count: GroupCount,
+    /// What UAVs do that no group needs.
+    pub search: Search,
     /// Margin d_m.
     #[doc(alias = "d_m")]
     pub margin: Margin,
