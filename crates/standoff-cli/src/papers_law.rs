@@ -8,7 +8,7 @@ use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, refused};
 
 /// The keys of the paper's law, for missions that are flown otherwise.
-pub(crate) const PAPERS_LAW: [&str; 15] = [
+pub(crate) const PAPERS_LAW: [&str; 16] = [
     "guidance.feedforward=exact",
     "guidance.turn_rate_gain=0",
     "guidance.lead=constant",
@@ -23,6 +23,7 @@ pub(crate) const PAPERS_LAW: [&str; 15] = [
     "groups.count=half",
     "groups.discard=furthest",
     "groups.assignment_inertia=0.5",
+    "groups.search=none",
     "guidance.heading_gain_1_s=2",
 ];
 

@@ -12,15 +12,17 @@ use super::study::{Data, Study, Table};
 use crate::failure::Failure;
 
 /// What undoes each of what is new.
-const WITHOUT: [(&str, &[&str]); 8] = [
+const WITHOUT: [(&str, &[&str]); 10] = [
     ("groups by need", &["groups.count=half"]),
-    ("the smallest circle", &["orbit.centre=filtered"]),
+    ("the smallest circle", &["orbit.centre=centroid"]),
     ("sensors on the middle", &["orbit.aim=centre"]),
     ("the discard of who widens most", &["groups.discard=furthest"]),
     ("the bounded motion of orbits", &["orbit.response_s=0"]),
     ("the smaller heading gain", &["guidance.heading_gain_1_s=2"]),
     ("the greater inertia", &["groups.assignment_inertia=0.5"]),
     ("the greater share of the largest orbit", &["orbit.take_back_fraction=0.9"]),
+    ("a margin of none", &["orbit.margin_sds=1.645"]),
+    ("a search for the lost", &["groups.search=none"]),
 ];
 
 /// What the tables show: metric, heading, how many of the unit shown are one of the metric's.

@@ -73,22 +73,24 @@ const IMPROVEMENTS: [Improvement; 14] = [
 ];
 
 /// All that `best/figure-9` has.
-const ALL: [&str; 15] = [
+const ALL: [&str; 17] = [
     "guidance.feedforward=actual",
     "guidance.heading_gain_1_s=1",
     "guidance.turn_rate_gain=0.3",
     "guidance.lead=predicted",
     "guidance.speed_reference=centre",
     "orbit.margin=standard-deviations",
-    "orbit.margin_sds=1.645",
+    "orbit.margin_sds=0",
     "orbit.on_membership_change=shift",
     "orbit.centre=smallest-circle",
     "orbit.aim=middle",
     "orbit.response_s=1.5",
+    "orbit.acceleration_max_m_s2=2.5",
     "orbit.take_back_fraction=0.97",
     "groups.count=needed",
     "groups.discard=widening",
     "groups.assignment_inertia=10",
+    "groups.search=lost",
 ];
 
 /// What the tables show of a mission: metric, heading.

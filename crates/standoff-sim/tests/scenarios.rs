@@ -59,8 +59,10 @@ fn table_1_is_the_default_but_for_what_gains() {
     table_1.group.aim = standoff::Aim::Middle;
     table_1.group.discard = standoff::Discard::Widening;
     table_1.group.motion =
-        standoff::MotionParams { response_s: 1.5, acceleration_max_m_s2: 3.0, approach_max_m_s: 25.0 };
+        standoff::MotionParams { response_s: 1.5, acceleration_max_m_s2: 2.5, approach_max_m_s: 25.0 };
     table_1.group.take_back_fraction = 0.97;
+    table_1.group.margin = standoff::Margin::StandardDeviations(0.0);
+    table_1.group.search = standoff::Search::Lost;
     table_1.group.assignment_inertia = 10.0;
     assert_eq!(scenario.settings.team.group, table_1.group);
     assert_eq!(scenario.settings.team.track.sensor, table_1.track.sensor);

@@ -279,13 +279,13 @@ tables! {
         /// Largest radius r_d,max, m.
         radius_max_m = 700.0;
         /// With `margin = "standard-deviations"`: how many.
-        margin_sds = 1.645;
+        margin_sds = 0.0;
         /// Time constant with which the radius steered for follows r_d, s; 0: at once, as in the paper.
         smoothing_s = 0.0;
         /// Time constant with which the orbit's centre and radius follow what they should be, s; 0: at once.
         response_s = 1.5;
         /// Largest acceleration of the orbit's centre and radius, m/s2.
-        acceleration_max_m_s2 = 3.0;
+        acceleration_max_m_s2 = 2.5;
         /// Fastest that centre and radius approach what they should be, m/s.
         approach_max_m_s = 25.0;
         /// A target outside is taken in when the orbit with it needs at most this fraction of the largest radius.
@@ -329,7 +329,7 @@ tables! {
         /// How many groups: `half` as many as UAVs, or as many as are `needed`.
         count: GroupCount = Needed;
         /// What UAVs do that no group needs: `none`, or search for what is `lost`.
-        search: Search = None;
+        search: Search = Lost;
         /// What the assignment (32) maximises: `log-det`, or `printed` for small teams.
         objective: Objective = LogDet;
         /// Where an orbit cannot hold all, the `furthest` goes, or who is most `widening` it.

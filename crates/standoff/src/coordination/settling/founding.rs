@@ -89,24 +89,18 @@ impl Settling<'_> {
     /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
     /// forming a group of its own targets and those unassigned; or any at all, if a neighbour's orbit can hold its own
     /// targets too. Only targets count that its UAVs can have within sensing range soon. Where groups are formed by need,
-    /// before all that, one that others can hold is wound up: its UAV watches others, or makes a pair.
+    /// before all that, one that others can hold is wound up: its UAV watches others.
     pub(super) fn review(&mut self, wanted: usize) {
         let period_s = self.params.group.review_period_s;
         if period_s <= 0.0 || self.now < self.agenda.next_review || self.agenda.winding_up.is_some() {
             return;
         }
-        let is_somebody_unwatched = self.known().iter().any(Known::is_unassigned);
-        let has_single = self.params.group.count == GroupCount::Needed && 2 * self.groups() > self.team.len();
         // Where there are UAVs to spare, whoever is unwatched gets them in any case.
-        let is_due = match is_somebody_unwatched {
-            true => self.groups() >= wanted,
-            false => has_single && self.groups() > 1,
-        };
-        if !is_due {
+        if self.groups() < wanted || !self.known().iter().any(Known::is_unassigned) {
             return;
         }
         self.agenda.next_review = self.now + Duration::from_s(period_s);
-        if has_single && self.wind_up_one() || !is_somebody_unwatched {
+        if self.params.group.count == GroupCount::Needed && self.wind_up_one() {
             return;
         }
         let mut best: Option<(usize, GroupId, Position, DissolutionReason)> = None;
