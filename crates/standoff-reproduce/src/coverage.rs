@@ -146,18 +146,20 @@ mod tests {
     use super::*;
 
     /// Each row of the tables undoes one key of the paper's law, each key is undone by one, and none is one that no
-    /// scenario over traffic has.
+    /// scenario over traffic has. The margin and the circle are undone alone, short of the paper's printed margin and its
+    /// filter, which go with other keys.
     #[test]
     fn what_is_undone_is_the_papers_law() {
         let undone: Vec<&str> = WITHOUT.iter().flat_map(|(_, undo)| undo.iter().copied()).collect();
-        assert!(undone.iter().all(|key| PAPERS_LAW.contains(key)), "{undone:?}");
+        let others = ["orbit.margin_sds=1.645", "orbit.centre=centroid"];
+        assert!(undone.iter().all(|key| PAPERS_LAW.contains(key) || others.contains(key)), "{undone:?}");
         let new = |edit: &&&str| {
-            !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "on_membership_change"]
+            !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "on_membership_change", "centre"]
                 .iter()
                 .any(|key| edit.contains(&format!(".{key}=")))
         };
         let mut papers: Vec<&str> = PAPERS_LAW.iter().filter(new).copied().collect();
-        let mut sorted = undone.clone();
+        let mut sorted: Vec<&str> = undone.iter().filter(|key| !others.contains(*key)).copied().collect();
         papers.sort_unstable();
         sorted.sort_unstable();
         assert_eq!(sorted, papers);

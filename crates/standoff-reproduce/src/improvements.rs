@@ -48,7 +48,7 @@ const IMPROVEMENTS: [Improvement; 14] = [
     Improvement {
         name: "centre of the smallest circle about the estimates",
         set: &["orbit.centre=smallest-circle"],
-        undo: &["orbit.centre=filtered"],
+        undo: &["orbit.centre=centroid"],
     },
     Improvement {
         name: "sensors on the middle of the members as each UAV sees them",
@@ -56,8 +56,8 @@ const IMPROVEMENTS: [Improvement; 14] = [
         undo: &["orbit.aim=centre"],
     },
     Improvement {
-        name: "orbit moved within bounds that UAVs can follow",
-        set: &["orbit.response_s=1.5"],
+        name: "orbit about the centroid, moved within bounds that UAVs can follow",
+        set: &["orbit.centre=centroid", "orbit.response_s=1.5"],
         undo: &["orbit.response_s=0"],
     },
     Improvement {

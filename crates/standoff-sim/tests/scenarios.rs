@@ -544,6 +544,7 @@ fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
         "groups.count",
         "groups.discard",
         "groups.assignment_inertia",
+        "groups.search",
         "guidance.heading_gain_1_s",
         "guidance.lead",
         "guidance.lead_s",

@@ -124,7 +124,7 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
 ///     radius_min_m: params.group.standoff.radius_min_m,
 ///     radius_max_m: params.group.standoff.radius_max_m,
 ///     separation_rad: params.guidance.separation_rad,
-///     centre: params.group.centre,
+///     rules: Rules::of(settings),
 /// };
 /// let mut encoder = Encoder::new(&Rules::of(settings), 1);
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");

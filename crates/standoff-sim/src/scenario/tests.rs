@@ -18,7 +18,7 @@ macro_rules! parameters {
     };
 }
 
-const PARAMETERS: [Parameter; 38] = parameters![
+const PARAMETERS: [Parameter; 41] = parameters![
     teammate_timeout_s,
     uav.speed_m_s,
     uav.speed_change_max_m_s,
@@ -40,6 +40,9 @@ const PARAMETERS: [Parameter; 38] = parameters![
     group.standoff.radius_min_m,
     group.standoff.radius_max_m,
     group.smoothing_s,
+    group.motion.response_s,
+    group.motion.acceleration_max_m_s2,
+    group.motion.approach_max_m_s,
     group.take_back_fraction,
     group.convergence_limit_m2_s,
     group.convergence_patience_s,

@@ -144,10 +144,10 @@ metrics! {
         standoff_tracking_error_m: f64, "standoff error, the agents' own view", LARGE, 0.5, GROUPS;
         /// `standoff_error_m` from `settle_s` on.
         standoff_error_m_settled: f64, "standoff error, true geometry, settled", LARGE, 0.5, BOTH;
-        /// The same against r_d about the targets of the instant, without the orbit's motion.
-        standoff_error_instant_m_settled: f64, "standoff error, no motion allowed, settled", LARGE, 0.5, BOTH;
         /// `standoff_tracking_error_m` from `settle_s` on.
         standoff_tracking_error_m_settled: f64, "standoff error, own view, settled", LARGE, 0.5, GROUPS;
+        /// `standoff_error_m_settled` against the orbit of the instant, without its motion.
+        standoff_error_instant_m_settled: f64, "standoff error, no motion allowed, settled", LARGE, 0.5, BOTH;
         /// Distance from the wanted separation, degrees.
         phase_error_deg: f64, "phase error", LARGE, 0.5, BOTH;
         /// Largest angle between boresight and a group member, mean over time and UAVs, degrees.
