@@ -34,7 +34,8 @@ pub(crate) const PAPERS_LAW: [&str; 15] = [
 ];
 
 /// A margin in metres in place of (16), which is not the paper's.
-pub(crate) const IN_METRES: [&str; 2] = ["orbit.margin=standard-deviations", "orbit.on_membership_change=shift"];
+pub(crate) const IN_METRES: [&str; 3] =
+    ["orbit.margin=standard-deviations", "orbit.margin_sds=1.645", "orbit.on_membership_change=shift"];
 
 /// Which seeds are flown.
 #[derive(Debug, Clone)]

@@ -26,8 +26,8 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
             "(16) weights the innovation with the predicted position covariance alone; the innovation's own covariance is \
              that plus the measurement's. Measured on `paper/table-2-pair`, run by run, once settled. And it is a square \
              without a unit, added to metres: on `paper/figure-9` the members of groups change, and r_d is watched for {AFTER_S} s \
-             after every change, beside the same mission with a margin in metres (`--set {} --set {}`).",
-            IN_METRES[0], IN_METRES[1]
+             after every change, beside the same mission with a margin in metres (`--set {}`).",
+            IN_METRES.join(" --set ")
         ),
     );
     let weights = plan.each("paper/table-2-pair", &[], weigh)?;

@@ -34,10 +34,10 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
         "Figure 11: the line of sight to the furthest target",
         format!(
             "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b), the same seeds; beside them 11b with a \
-             margin in metres (`--set {} --set {}`), which is not the paper's. The angle is that between a UAV's boresight \
+             margin in metres (`--set {}`), which is not the paper's. The angle is that between a UAV's boresight \
              and the true position of the furthest member of its group; a target in dwell is the duty of the passing \
              group. The limit is half the field of view.",
-            IN_METRES[0], IN_METRES[1]
+            IN_METRES.join(" --set ")
         ),
     );
     let half_deg = half_deg(&plan.first(MISSION, &[])?.settings);
