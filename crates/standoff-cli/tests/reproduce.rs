@@ -120,7 +120,7 @@ fn wrong_usage_is_refused_with_status_2_and_leaves_nothing_behind() {
         (&["--runs", "many"], "invalid digit"),
         (
             &["table-3"],
-            "[possible values: table-2, figure-6, figure-7, figure-8, figure-9, figure-10, figure-11, errata, improvements]",
+            "[possible values: table-2, figure-6, figure-7, figure-8, figure-9, figure-10, figure-11, errata, improvements, coverage]",
         ),
         (&["table-2", "--page", "page.md"], "cannot be used with"),
         (&["figure-6", "--out", "file"], "file: not a folder"),
