@@ -228,7 +228,7 @@ impl Group {
         let centre_m_s = self.centre.estimate().state.velocity().speed_m_s();
         self.outrun = longer(self.outrun, centre_m_s > team.uav.speed_max_m_s());
         // An orbit that takes its time also shrinks for a while: no target is let go for that.
-        let runs_away = team.group.motion.response_s <= 0.0 || self.standoff.rate_m_s > 0.0;
+        let runs_away = team.group.motion.is_at_once() || self.standoff.rate_m_s > 0.0;
         let diverges =
             runs_away && self.threshold_m2_s.is_some_and(|threshold| threshold < -team.group.convergence_limit_m2_s);
         self.diverging = longer(self.diverging, diverges);

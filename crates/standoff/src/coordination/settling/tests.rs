@@ -507,6 +507,17 @@ fn there_are_as_many_groups_as_it_takes() {
     assert_eq!(one.groups(), [(0, vec![0, 1, 2, 3])]);
 }
 
+/// Two targets 300 m apart need one orbit of 300 m; four UAVs are a pair to each all the same, and no more groups than
+/// that while nobody is left outside.
+#[test]
+fn where_everybody_is_held_each_group_has_two_uavs() {
+    let world = by_need(4, &[0.0, 300.0, 310.0], &[]);
+    assert_eq!(world.groups(), []);
+    let mut world = world;
+    world.settle();
+    assert_eq!(world.groups(), [(0, vec![0]), (1, vec![1, 2])]);
+}
+
 /// Two targets need an orbit of 590 m, at most 0.85 of 700 m: one group is enough while a third target, far away, has no
 /// UAV. The other ends once the first holds its target, and whoever appears meanwhile joins the first.
 #[test]
@@ -589,4 +600,23 @@ fn whoever_is_inside_the_circle_is_taken_in() {
         world.kinds()
     };
     assert_eq!((kinds(330.0), kinds(-1.0)), (vec!["joined"], vec![]));
+}
+
+/// An orbit that shrinks by 100 m/s leaves its UAV behind (Lemma 3.1), but no target would be kept by letting another go.
+#[test]
+fn an_orbit_that_shrinks_runs_away_from_nobody() {
+    let diverging_s = |rate_m_s: f64, response_s: f64| {
+        let world = by_need(1, &[0.0, 200.0], &[0, 0]);
+        let mut params = world.params;
+        params.group.motion.response_s = response_s;
+        let mut group = Group::found(GroupId(0), world.memberships.known(), [0, 1].into_iter(), &params).unwrap();
+        group.standoff.rate_m_s = rate_m_s;
+        // Outside an orbit of 250 m about (100, 0) that shrinks, inside one that grows.
+        let uav = Position::from_m(if rate_m_s < 0.0 { 360.0 } else { 300.0 }, 10.0);
+        let on_orbit = OnOrbit::of(&params.guidance, uav, &group.orbit(&params));
+        group.judge([(uav, &on_orbit)].into_iter(), Duration::from_s(0.5), &params);
+        (group.threshold_m2_s.unwrap() < -params.group.convergence_limit_m2_s, group.diverging.s())
+    };
+    assert_eq!((diverging_s(-100.0, 0.0), diverging_s(-100.0, 1.5)), ((true, 0.5), (true, 0.0)));
+    assert_eq!((diverging_s(100.0, 0.0), diverging_s(100.0, 1.5)), ((true, 0.5), (true, 0.5)));
 }
