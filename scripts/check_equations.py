@@ -246,6 +246,31 @@ def in_view(sensor, uav, target):
     return off <= np.radians(sensor["field_of_view_deg"]) / 2 and distance <= sensor["sensing_range_m"]
 
 
+def aim_at_middle(record, time, uav, centre):
+    """Where `orbit.aim = "middle"` looks a period later: the middle of the angle that a group's members span, or those
+    that are its duty, carried on as it moves now. None: they have none, and the centre is aimed at."""
+    members, duty = record.members(time, uav.group), record.duty(time, uav.group)
+    own = {target: row for target, row in members.items() if target in duty}
+    towards = direction(centre.position - uav.position)
+    for rows, widest in [(members, np.radians(record.scenario["sensor"]["field_of_view_deg"])), (own, np.pi)]:
+        off = {target: wrap(direction(row.position - uav.position) - towards) for target, row in rows.items()}
+        if not off or max(map(abs, off.values())) >= np.pi / 2 or max(off.values()) - min(off.values()) > widest:
+            continue
+        right, left = rows[min(off, key=off.get)], rows[max(off, key=off.get)]
+        own_velocity = uav.speed_m_s * unit(uav.heading_rad)
+
+        def divided(t):
+            """The bisector of an angle divides the opposite side as the adjacent sides are."""
+            a, b = (row.position + t * row.velocity for row in [left, right])
+            to_a, to_b = (np.hypot(*(at - uav.position - t * own_velocity)) for at in [a, b])
+            return (to_b * a + to_a * b) / (to_a + to_b)
+
+        h = 1e-2  # the derivative by central differences of fourth order
+        rate = (8 * (divided(h) - divided(-h)) - (divided(2 * h) - divided(-2 * h))) / (12 * h)
+        return divided(0.0) + record.period * rate
+    return None
+
+
 def check_measurements(record, compare):
     if not record.truth:
         return
@@ -258,6 +283,9 @@ def check_measurements(record, compare):
             centre = record.groups[before].get(record.uavs[before][uav].group) if before is not None else None
             if centre is not None:
                 ahead = centre.position + centre.velocity * record.period
+                if record.scenario["orbit"]["aim"] == "middle":
+                    middle = aim_at_middle(record, before, record.uavs[before][uav], centre)
+                    ahead = ahead if middle is None else middle
                 compare.angle("section II: boresight", row.boresight_rad, direction(ahead - row.position))
         # A range that noise makes negative is none: so near, a target may be missed.
         missed = {(uav, target) for uav, target in expected - set(record.detections[time])
@@ -380,14 +408,16 @@ def section_2c(centre, p, f, q, z, r):
 
 
 def shift(record, before, time, group, f):
-    """What a change of members alone moves the members' mean, all else as it is now."""
+    """What a change of members alone moves what the centre should be, all else as it is now."""
     old, new = record.members(before, group), record.members(time, group)
     if set(old) == set(new):
         return np.zeros(6)
     # An old member that is no longer a live track is where it is predicted to be.
-    tracks = record.tracks[time]
-    old_now = [tracks[target].state if target in tracks else f @ row.state for target, row in old.items()]
-    return np.mean([row.state for row in new.values()], axis=0) - np.mean(old_now, axis=0)
+    tracks, old_now = record.tracks[time], {}
+    for target, row in old.items():
+        state = tracks[target].state if target in tracks else f @ row.state
+        old_now[target] = SimpleNamespace(state=state, position=state[POSITION])
+    return wanted_state(record.scenario, new) - wanted_state(record.scenario, old_now)
 
 
 def margin_in_metres(sds, toward, furthest, members):
@@ -408,18 +438,51 @@ def equation_15(scenario, spread, spread_rate, margin):
     return unclamped, clamped, spread_rate / sine if clamped == unclamped else 0.0
 
 
-def true_centre(scenario, positions):
-    """What an orbit about these is about: of the circles on two or three of them the smallest that holds all, or the mean."""
-    positions = np.array(positions)
-    if scenario["orbit"]["centre"] != "smallest-circle" or len(positions) == 1:
-        return np.mean(positions, axis=0)
-    centres = [(a + b) / 2 for a, b in combinations(positions, 2)]
-    for a, b, c in combinations(positions, 3):
+def smallest_circle(positions):
+    """Centre, and which are on the rim: of the circles on two or three of them the smallest that holds all."""
+    circles = [(positions[0], [0])] if len(positions) == 1 else []
+    circles += [((positions[i] + positions[j]) / 2, [i, j]) for i, j in combinations(range(len(positions)), 2)]
+    for rim in combinations(range(len(positions)), 3):
+        a, b, c = positions[list(rim)]
         # As far from a as from b, and as from c.
         sides = 2 * np.array([b - a, c - a])
         if abs(np.linalg.det(sides)) > 1e-9:
-            centres.append(np.linalg.solve(sides, [b @ b - a @ a, c @ c - a @ a]))
-    return min(centres, key=lambda centre: max(np.hypot(*(positions - centre).T)))
+            circles.append((np.linalg.solve(sides, [b @ b - a @ a, c @ c - a @ a]), list(rim)))
+    return min(circles, key=lambda circle: max(np.hypot(*(positions - circle[0]).T)))
+
+
+def is_by_circle(scenario):
+    return scenario["orbit"]["centre"] == "smallest-circle"
+
+
+def true_centre(scenario, positions):
+    """What an orbit about these is about: the centre of the smallest circle, or the mean."""
+    positions = np.array(positions)
+    return smallest_circle(positions)[0] if is_by_circle(scenario) else np.mean(positions, axis=0)
+
+
+def wanted_state(scenario, members):
+    """What the centre of these members' orbit should be: the mean of their states, or the circle's centre in its place."""
+    state = np.mean([row.state for row in members.values()], axis=0)
+    state[POSITION] = true_centre(scenario, [row.position for row in members.values()])
+    return state
+
+
+def circle_spread(positions, velocities):
+    """Radius of the smallest circle, and its rate: of all on the rim, the circle's motion takes off the outward speed."""
+    centre, rim = smallest_circle(positions)
+    radius = max(np.hypot(*(positions - centre).T))
+    if len(rim) == 1:
+        return 0.0, 0.0
+    outward = np.array([unit(direction(positions[i] - centre)) for i in rim])
+    speeds = np.einsum("ij,ij->i", outward, velocities[rim])
+    # Unknown: how the centre moves, which two on the rim leave open along the rim, and how the radius grows.
+    return radius, np.linalg.lstsq(np.column_stack([outward, np.ones(len(rim))]), speeds, rcond=1e-12)[0][2]
+
+
+def last_furthest(distances):
+    """Of equally far ones the last: both of a pair are as far from its middle, but for rounding."""
+    return [target for target, far in distances.items() if far**2 >= max(distances.values()) ** 2 * (1 - 1e-9)][-1]
 
 
 def follow(x, v, wanted, wanted_v, orbit, dt):
@@ -432,6 +495,13 @@ def follow(x, v, wanted, wanted_v, orbit, dt):
     change = (wanted_v + along * min(approach, orbit["approach_max_m_s"]) - v) * dt / (t / 2 + dt)
     change *= min(1, a * dt / np.linalg.norm(change)) if np.any(change) else 1
     return x + change * dt / 2, v + change
+
+
+def follow_radius(radius, rate, wanted, wanted_rate, orbit, dt):
+    """The same of a radius, which stops at its bounds; it changes no faster than it approaches."""
+    moved, rate = (value[0] for value in follow(*(np.array([value]) for value in (radius, rate, wanted, wanted_rate)), orbit, dt))
+    radius, fastest = np.clip(moved, orbit["radius_min_m"], orbit["radius_max_m"]), orbit["approach_max_m_s"]
+    return radius, np.clip(rate, -fastest, fastest) if radius == moved else 0.0
 
 
 def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=None):
@@ -447,9 +517,7 @@ def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=Non
     rate = (positions[furthest] - centre) @ (velocities[furthest] - velocity) / max(spreads[furthest], 1e-300)
     _, radius, rate = equation_15(scenario, spreads[furthest], rate, margin)
     if moves:
-        flown, rate = (value[0] for value in follow(*(np.array([value]) for value in (*before[2:], radius, rate)), orbit, dt))
-        radius = np.clip(flown, orbit["radius_min_m"], orbit["radius_max_m"])
-        rate = np.clip(rate, -orbit["approach_max_m_s"], orbit["approach_max_m_s"]) if radius == flown else 0.0
+        radius, rate = follow_radius(*before[2:], radius, rate, orbit, dt)
     return centre, velocity, radius, rate
 
 
@@ -477,36 +545,49 @@ def equation_27(uavs, centre_velocity, rate):
 
 
 def check_groups(record, compare):
-    """Runs the centres' filters on the recorded tracks; they are never set back to the record."""
-    scenario, centres = record.scenario, {}
+    """Runs the centres' filters, and orbits that move, on the recorded tracks; they are never set back to the record."""
+    scenario, centres, flown = record.scenario, {}, {}
     orbit = scenario["orbit"]
     f, q = filter_model(scenario["filter"], record.period)
     for before, time in zip([None, *record.times], record.times):
-        previous, centres = centres, {}
+        previous, centres, flown_before, flown = centres, {}, flown, {}
         for group, row in record.groups[time].items():
             members = record.members(time, group)
+            moves = group in previous and orbit["response_s"] > 0
             compare("number of members", row.members, len(members))
-            mean = np.mean([track.state for track in members.values()], axis=0)
+            mean = wanted_state(scenario, members)
             mean_p = sum(track.p for track in members.values()) / len(members) ** 2
             if group in previous:
                 centre, p = previous[group]
                 if orbit["on_membership_change"] == "shift":
                     centre = centre + shift(record, before, time, group, f)
                 centre, p, margin = section_2c(centre, p, f, q, mean[POSITION], mean_p[np.ix_(POSITION, POSITION)])
-            if group not in previous or orbit["centre"] == "centroid":
+            if group not in previous or orbit["centre"] != "filtered":
                 centre, p, margin = mean, mean_p, margin if group in previous else 0.0
+            if moves:
+                # What it should be is followed; only from founding on is it what it is.
+                at, velocity, old_radius, old_rate = flown_before[group]
+                at, velocity = follow(at, velocity, centre[POSITION], centre[VELOCITY], orbit, record.period)
+                centre = np.zeros(6)
+                centre[POSITION], centre[VELOCITY] = at, velocity
             centres[group] = centre, p
             compare("section II.C: group centre", row.position, centre[POSITION], tolerance=RUN_ON)
             compare("section II.C: velocity of the centre", row.velocity, centre[VELOCITY], tolerance=RUN_ON)
 
             distances = {target: np.hypot(*(track.position - centre[POSITION])) for target, track in members.items()}
-            furthest = max(distances, key=distances.get)
+            furthest = last_furthest(distances)
             spread, furthest_row = distances[furthest], members[furthest]
-            toward = unit(direction(furthest_row.position - centre[POSITION]))
+            toward = unit(direction(furthest_row.position - centre[POSITION])) if spread > 0 else np.zeros(2)
             spread_rate = toward @ (furthest_row.velocity - centre[VELOCITY])
+            if is_by_circle(scenario) and not moves:
+                spread, spread_rate = circle_spread(*(np.array([getattr(track, name) for track in members.values()])
+                                                      for name in ["position", "velocity"]))
             if orbit["margin"] != "mahalanobis":
                 margin = margin_in_metres(orbit["margin_sds"], toward, furthest, members)
             unclamped, clamped, rate = equation_15(scenario, spread, spread_rate, margin)
+            if moves:
+                clamped, rate = follow_radius(old_radius, old_rate, clamped, rate, orbit, record.period)
+            flown[group] = centre[POSITION], centre[VELOCITY], clamped, rate
             compare("(15) spread d_max", row.spread_m, spread, tolerance=RUN_ON)
             compare(f"(16) margin d_m, {orbit['margin']}", row.margin_m, margin, tolerance=RUN_ON)
             compare("(15) standoff distance, unclamped", row.standoff_unclamped_m, unclamped, tolerance=RUN_ON)
@@ -531,9 +612,18 @@ def equation_22(record):
             if guidance["lead"] == "predicted":
                 relative = [(track.position - row.position, track.velocity - row.velocity) for track in members.values()]
                 away, moving = max(((at + lag * v, v) for at, v in relative), key=lambda later: np.hypot(*later[0]))
-                spread_rate = unit(direction(away)) @ moving
-                _, radius, rate = equation_15(scenario, np.hypot(*away), spread_rate, row.margin_m)
-            kept = group in previous and set(record.members(before, group)) == set(members)
+                spread, spread_rate = np.hypot(*away), unit(direction(away)) @ moving
+                if is_by_circle(scenario):
+                    velocities = np.array([track.velocity for track in members.values()])
+                    positions = np.array([track.position for track in members.values()]) + lag * velocities
+                    spread, spread_rate = circle_spread(positions, velocities)
+                _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m)
+                if orbit["response_s"] > 0 and group in previous:
+                    # An orbit that moves is still on its way then.
+                    expected, expected_rate = follow_radius(radius, rate, expected, expected_rate, orbit, lag)
+                radius, rate = expected, expected_rate
+            # An orbit that moves is the same one with other members.
+            kept = group in previous and (orbit["response_s"] > 0 or set(record.members(before, group)) == set(members))
             if kept and orbit["smoothing_s"] > 0.0:
                 old_radius, old_rate = previous[group]
                 gain, carried = record.period / (orbit["smoothing_s"] + record.period), old_radius + old_rate * record.period
