@@ -24,12 +24,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from check_equations import (
-    POSITION, ROUNDING, VELOCITY, direction, equation_7, equation_15, equations_13_20, equation_22, equations_28_29, lemma_3_1,
-    main, margin_in_metres, unit, wrap)
+    POSITION, ROUNDING, VELOCITY, circle_spread, direction, equation_7, equation_15, equations_13_20, equation_22,
+    equations_28_29, is_by_circle, lemma_3_1, main, margin_in_metres, smallest_circle, unit, wanted_state, wrap)
 
-SOON_S = 30.0  # UAVs are not sent to targets that they cannot have within sensing range after this time
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
-INERTIA = 0.5  # ln det per target of its group that staying counts for a UAV
+FILLED = 0.85  # of the largest radius: what others' orbits may need to hold the members of a group that is wound up
 LN_DET_FLOOR = np.log(1e-24)  # what a target counts for of which nobody tells anything
 LN_DET_STEP = 1e-6  # in which scores are rounded
 STARTS = 60  # of the clusterings that the recorded ones are compared with
@@ -52,7 +51,7 @@ def check_places(record, compare):
         return event.kind, event.target, event.group, event.to_group
 
     memory = SimpleNamespace(steered=equation_22(record), dwells={}, barred={}, diverging={}, outrun={}, next_group=0,
-                             next_review=0, random=np.random.default_rng(1))
+                             next_review=0, winding_up=None, random=np.random.default_rng(1))
     for before, time in zip([None, *record.times], record.times):
         instant = Instant(record, before, time, memory, compare)
         instant.settle()
@@ -87,6 +86,7 @@ class Instant:
     def __init__(self, record, before, time, memory, compare):
         self.record, self.scenario, self.before, self.time = record, record.scenario, before, time
         self.memory, self.compare, self.events = memory, compare, []
+        self.by_need = record.scenario["groups"]["count"] == "needed"
         self.tracks, self.orbit, self.rules = record.tracks[time], record.scenario["orbit"], record.scenario["groups"]
         old = record.tracks[before] if before is not None else {}
         self.places = {target: (row.place, row.group, row.to_group) for target, row in old.items()}
@@ -101,18 +101,22 @@ class Instant:
             del self.places[target]
         for target in self.tracks:
             self.places.setdefault(target, UNASSIGNED)
-        # Half as many groups as UAVs, halves rounded up, and never more than targets.
-        wanted = min((len(self.record.uavs[self.time]) + 1) // 2, len(self.tracks))
+        # Half as many groups as UAVs, halves rounded up, and never more than targets; by need up to one for each UAV.
+        uavs = len(self.record.uavs[self.time])
+        self.half = min((uavs + 1) // 2, len(self.tracks))
+        wanted = min(uavs, len(self.tracks)) if self.by_need else self.half
         if not self.groups():
             self.found_first(wanted)
         else:
             while len(self.groups()) > max(wanted, 1):
                 self.dissolve_smallest()
+            self.go_on_winding_up()
             self.take_in()
             self.review(wanted)
             while len(self.groups()) < wanted and self.found_another():
                 pass
             self.hand_over()
+        self.outside_before_discard = self.outside()
         self.discard()
         dissolved = {event.group for event in self.events if event.kind == "group-dissolved"}
         for group in self.old_groups - set(self.groups()) - dissolved:
@@ -120,6 +124,8 @@ class Instant:
         # A target in dwell cannot be split off: the next group waits for it.
         in_dwell = any(place[0] == "dwell" for place in [*before.values(), *self.places.values()])
         waits = len(self.groups()) < wanted and in_dwell
+        # By need the others are founded only for who would else be in no group, and may end when they hold nobody.
+        waits |= self.by_need and self.half <= len(self.groups()) < wanted and not self.outside_before_discard
         self.compare("(30) number of groups", wanted if waits else len(self.groups()), wanted)
 
     def tell(self, kind, target=None, group=None, to_group=None, number=None):
@@ -143,7 +149,7 @@ class Instant:
     def need(self, targets):
         """What an orbit about these targets needs, by their centroid; without the printed margin (16)."""
         rows = {target: self.tracks[target] for target in targets}
-        centre = np.mean([row.state for row in rows.values()], axis=0)
+        centre = wanted_state(self.scenario, rows)
         distances = {target: np.hypot(*(row.position - centre[POSITION])) for target, row in rows.items()}
         furthest = self.furthest(distances)
         apart = rows[furthest].position - centre[POSITION]
@@ -151,15 +157,45 @@ class Instant:
         mahalanobis = self.orbit["margin"] == "mahalanobis"
         margin = 0.0 if mahalanobis else margin_in_metres(self.orbit["margin_sds"], toward, furthest, rows)
         spread_rate = toward @ (rows[furthest].velocity - centre[VELOCITY])
-        unclamped, radius, rate = equation_15(self.scenario, distances[furthest], spread_rate, margin)
+        spread = distances[furthest]
+        if is_by_circle(self.scenario):
+            velocities = np.array([row.velocity for row in rows.values()])
+            spread, spread_rate = circle_spread(self.positions(rows), velocities)
+        unclamped, radius, rate = equation_15(self.scenario, spread, spread_rate, margin)
         has_room = (unclamped <= self.orbit["take_back_fraction"] * self.orbit["radius_max_m"]
                     and radius * rate <= self.rules["convergence_limit_m2_s"] / 2)
-        return SimpleNamespace(centre=centre[POSITION], furthest=furthest, unclamped=unclamped, radius=radius,
-                               rate=rate, has_room=has_room)
+        return SimpleNamespace(centre=centre[POSITION], furthest=furthest, spread=spread, unclamped=unclamped,
+                               radius=radius, rate=rate, has_room=has_room)
+
+    def room_for(self, group, target):
+        """What a group's orbit needs with a further target, if it has room; one inside a smallest circle widens nothing."""
+        members = self.members(group)
+        need = self.need([*members, target])
+        inside = is_by_circle(self.scenario) and need.unclamped <= self.need(members).unclamped * (1 + 1e-9)
+        return need if need.has_room or inside else None
+
+    def first_to_go(self, targets):
+        """Of targets that one orbit cannot hold: the furthest, or with `discard = "widening"` who widens the circle most."""
+        furthest = self.need(targets).furthest
+        if self.rules["discard"] != "widening":
+            return furthest
+
+        def needed(without):
+            rest = [target for target in targets if target != without]
+            return self.need(rest).unclamped if rest else 0.0
+
+        # Only who is on the rim can.
+        first, least = furthest, needed(furthest)
+        for target in [list(targets)[i] for i in smallest_circle(self.positions(targets))[1]]:
+            if needed(target) < least * (1 - 1e-9):
+                first, least = target, needed(target)
+        return first
 
     def furthest(self, distances):
         """The last of equals, as the two of a pair always are: there rounding decides, and the record is believed."""
         tied = [target for target, distance in distances.items() if distance > max(distances.values()) - SAME_M]
+        if is_by_circle(self.scenario):
+            return tied[-1]
         return max(tied, key=lambda target: (self.tracks[target].group is None,
                                              self.tracks[target].group != self.places[target][1], target))
 
@@ -171,15 +207,24 @@ class Instant:
     def found_first(self, wanted):
         """Targets of which none is watched are clustered; groups are numbered by their first targets."""
         founded = {}
+        self.memory.next_review = self.time + self.rules["review_period_s"] * 1e6
+        causes = {event.cause for event in self.record.events[self.time] if event.kind == "group-founded"}
+        if self.by_need and "first" not in causes:
+            # Half as many clusters did not hold all: of that the record is believed.
+            while len(self.groups()) < wanted and self.found_another():
+                pass
+            return
         for target, row in sorted(self.tracks.items()):
             group = self.recorded_founder(target)
             founded.setdefault(group, self.memory.next_group + len(founded))
             self.places[target] = member(founded[group])
         self.memory.next_group += len(founded)
-        self.memory.next_review = self.time + self.rules["review_period_s"] * 1e6
         for group in founded.values():
             self.tell("group-founded", group=group, number=len(self.members(group)))
-        self.compare_cost(sorted(self.tracks), [self.places[target][1] for target in sorted(self.tracks)], wanted)
+        self.compare_cost(sorted(self.tracks), [self.places[target][1] for target in sorted(self.tracks)], self.half)
+        if self.by_need:
+            held = [self.need(self.members(group)).has_room for group in founded.values()]
+            self.compare("groups.count: clusters too wide to begin with", 0, held.count(False))
 
     def recorded_founder(self, target):
         """The group that a target was in when it was founded at this instant, even if it left at once."""
@@ -219,21 +264,25 @@ class Instant:
     def take_in(self):
         """Targets outside join the nearest groups that have room to spare."""
         outside, pairs = self.slow_enough(self.outside()), []
-        for group in self.groups():
+        for group in [group for group in self.groups() if outside and group != self.memory.winding_up]:
             members = self.members(group)
-            distances = np.hypot(*(self.positions(outside) - self.positions(members).mean(axis=0)).T)
-            # Judged before anybody joins: who joins alone draws the centroid to itself.
+            need = self.need(members)
+            distances = np.hypot(*(self.positions(outside) - need.centre).T)
+            # Judged before anybody joins: who joins alone draws the centroid to itself. A circle that holds both it and
+            # somebody across the centre has no diameter shorter than they are apart.
+            reach = self.reach() * (len(members) + 1) / len(members)
+            if is_by_circle(self.scenario):
+                reach = np.sqrt(max(4 * self.reach() ** 2 - need.spread**2, 0.0))
             pairs += [(distance, target, group) for distance, target in zip(distances, outside)
-                      if distance * len(members) / (len(members) + 1) <= self.reach()
-                      and not self.is_barred(target, group)]
+                      if distance <= reach and not self.is_barred(target, group)]
         for _, target, group in sorted(pairs):
-            if self.places[target] in [UNASSIGNED, DISCARDED] and self.need([*self.members(group), target]).has_room:
+            if self.places[target] in [UNASSIGNED, DISCARDED] and self.room_for(group, target):
                 self.tell("joined" if self.places[target] == UNASSIGNED else "taken-back", target, group)
                 self.receive(target, group)
 
     def receive(self, target, group):
         """A target from no group is a member once it is in view."""
-        at_once = self.rules["dwell_max_s"] == 0.0 or self.is_seen_by_all(target, group)
+        at_once = self.rules["dwell_max_s"] == 0.0 or self.is_held(target, group)
         self.places[target] = member(group) if at_once else ("dwell", None, group)
         self.memory.dwells[target] = self.time, 0
 
@@ -242,9 +291,11 @@ class Instant:
         or any outside, if another group can hold its own."""
         period = self.rules["review_period_s"] * 1e6
         is_due = period > 0 and self.time >= self.memory.next_review and len(self.groups()) >= wanted
-        if not is_due or not self.outside():
+        if not is_due or not self.outside() or self.memory.winding_up is not None:
             return
         self.memory.next_review = self.time + period
+        if self.by_need and self.wind_up_one():
+            return
         found = {}
         for group in self.groups():
             members = self.members(group)
@@ -259,16 +310,62 @@ class Instant:
         if found:
             group = max(found, key=lambda group: (found[group][0], -group))
             members, (_, together, others) = self.members(group), found[group]
-            centre = self.positions(members).mean(axis=0)
+            centre = self.need(members).centre
             self.dissolve(group, together, *others)
             self.found(self.gather([target for target in self.outside() if self.is_soon_seen(target, centre=centre)]))
 
+    def wind_up_one(self):
+        """With `count = "needed"`, the smallest group that others could hold passes its members to them, and ends."""
+        for group in sorted(self.groups(), key=lambda group: (len(self.members(group)), -group)):
+            receivers = self.who_could_hold_each(group)
+            if receivers is None:
+                continue
+            self.memory.winding_up = group
+            for target, (_, passing, receiving) in sorted(self.places.items()):
+                if receiving == group and passing is not None:
+                    self.withdraw(target)
+            for target, to in receivers:
+                if self.places[target][1] == group:
+                    self.request(target, group, to)
+                else:
+                    self.receive(target, to)
+                    self.tell("regrouped", target, group, to)
+            return True
+        return False
+
+    def who_could_hold_each(self, group):
+        """The other group that needs least with it, of each target that has to go, all together; None: not all of them."""
+        held = {other: self.members(other) for other in self.groups() if other != group}
+        receivers = []
+        for target in self.members(group):
+            if self.home(target) != group or self.places[target][1] not in [None, group]:
+                continue
+            needed = {}
+            for other, targets in held.items():
+                need = self.need([*targets, target])
+                if (need.has_room and need.unclamped <= FILLED * self.orbit["radius_max_m"]
+                        and not self.is_barred(target, other)):
+                    needed[other] = need.unclamped
+            if not needed:
+                return None
+            receivers.append((target, min(needed, key=needed.get)))
+            held[receivers[-1][1]].append(target)
+        return receivers
+
+    def go_on_winding_up(self):
+        """One that could not pass all of its members on stays, at least until the next review."""
+        group = self.memory.winding_up
+        members = self.members(group) if group is not None else []
+        if group is not None and not (members and all(self.home(target) != group for target in members)):
+            self.memory.winding_up = None
+            self.memory.next_review = self.time + self.rules["review_period_s"] * 1e6
+
     def is_soon_seen(self, target, members=(), centre=None):
         """Within sensing range after a while, even if it drives away."""
-        centre = self.positions(members).mean(axis=0) if centre is None else centre
+        centre = self.need(members).centre if centre is None else centre
         scenario, distance = self.scenario, np.hypot(*(self.position(target) - centre))
         closing = max(scenario["uavs"]["speed_m_s"] - self.speed(target), 0.0)
-        return distance <= scenario["sensor"]["sensing_range_m"] + SOON_S * closing
+        return distance <= scenario["sensor"]["sensing_range_m"] + self.rules["reach_ahead_s"] * closing
 
     def speed(self, target):
         return np.hypot(*self.tracks[target].velocity)
@@ -286,7 +383,7 @@ class Instant:
         near = np.hypot(*(positions[:, None] - positions).T) <= self.reach()
         together = [target for target, is_near in zip(targets, near[np.argmax(near.sum(axis=1))]) if is_near]
         while len(together) > 1 and not self.need(together).has_room:
-            together.remove(self.need(together).furthest)
+            together.remove(self.first_to_go(together))
         return together
 
     def found_another(self):
@@ -294,6 +391,8 @@ class Instant:
         founders = self.gather(self.outside()) or self.outside()[:1]
         if founders:
             self.found(founders)
+        elif len(self.groups()) >= self.half:
+            return False
         else:
             own = {group: [target for target in self.members(group) if self.places[target] == member(group)]
                    for group in self.groups()}
@@ -307,12 +406,16 @@ class Instant:
             self.compare_cost(own[widest], [target in founders for target in own[widest]], 2)
             for target in founders:
                 self.tell("regrouped", target, widest, self.memory.next_group)
-            self.found(founders, tell_each=False)
+            self.found(founders, tell_each=False, at_once=True)
         return True
 
-    def found(self, founders, tell_each=True):
+    def found(self, founders, tell_each=True, at_once=False):
         for target in founders:
-            self.places[target] = member(self.memory.next_group)
+            if self.by_need and not at_once:
+                # UAVs have yet to come.
+                self.receive(target, self.memory.next_group)
+            else:
+                self.places[target] = member(self.memory.next_group)
             if tell_each:
                 self.tell("joined", target, self.memory.next_group)
         self.tell("group-founded", group=self.memory.next_group, number=len(founders))
@@ -320,7 +423,7 @@ class Instant:
 
     def hand_over(self):
         """Clusters on from the last clustering; requests handoffs, and ends those whose dwell is over."""
-        groups = self.groups()
+        groups = [group for group in self.groups() if group != self.memory.winding_up]
         for group in groups:
             members = self.members(group)
             if all(self.home(target) != group for target in members):
@@ -341,8 +444,8 @@ class Instant:
         return passing if receiving is None else receiving
 
     def request(self, target, passing, receiving):
-        need = self.need([*self.members(receiving), target])
-        if not need.has_room or self.is_barred(target, receiving):
+        need = self.room_for(receiving, target)
+        if need is None or self.is_barred(target, receiving):
             return
         longest = self.rules["dwell_max_s"]
         times = [self.equation_34(uav.position, need) for uav in self.crew.get(receiving, [])]
@@ -369,9 +472,9 @@ class Instant:
         if self.time - requested < dwell:
             return
         views, is_last = self.views(target, receiving), self.time - requested >= self.rules["dwell_max_s"] * 1e6
-        if passing is not None and wanted != receiving:
+        if passing is not None and wanted != receiving and passing != self.memory.winding_up:
             self.withdraw(target)
-        elif self.is_seen_by_all(target, receiving) or is_last and any(views):
+        elif self.is_held(target, receiving) or is_last and any(views):
             self.complete(target)
         elif is_last:
             self.withdraw(target)
@@ -381,9 +484,15 @@ class Instant:
         barred, until = self.memory.barred.get(target, (None, 0))
         return barred == group and self.time < until
 
-    def is_seen_by_all(self, target, group):
+    def is_held(self, target, group):
+        """All of the group's UAVs see it; and where orbits move, it is where that keeps targets in view from all around."""
         views = self.views(target, group)
-        return bool(views) and all(views)
+        last = self.record.groups[self.before].get(group) if self.before is not None else None
+        half_view = np.radians(self.scenario["sensor"]["field_of_view_deg"]) / 2
+        inside = (self.orbit["response_s"] == 0 or last is None
+                  or np.hypot(*(self.position(target) - last.position))
+                  <= last.standoff_distance_m * np.sin(min(half_view, np.pi / 2)))
+        return bool(views) and all(views) and bool(inside)
 
     def views(self, target, group):
         """Of each UAV of a group, whether it has the target in view, with one standard deviation to spare."""
@@ -420,14 +529,14 @@ class Instant:
         for group in self.groups():
             since, threshold = self.memory.diverging.get(group, (0, None))
             if since > self.rules["convergence_patience_s"] * 1e6 and len(self.members(group)) > 1:
-                self.let_go(group, self.need(self.members(group)).furthest, threshold)
+                self.let_go(group, self.first_to_go(self.members(group)), threshold)
             if self.memory.outrun.get(group, 0) > self.rules["convergence_patience_s"] * 1e6:
                 self.discard_fastest(group)
             while len(self.members(group)) > 1:
                 need = self.need(self.members(group))
                 if need.unclamped <= self.orbit["radius_max_m"]:
                     break
-                self.let_go(group, need.furthest, need.unclamped)
+                self.let_go(group, self.first_to_go(self.members(group)), need.unclamped)
 
     def discard_fastest(self, group):
         """Of a group that outruns the UAVs."""
@@ -465,7 +574,9 @@ class Instant:
                         thresholds.append(lemma_3_1(np.hypot(*relative), radial_speed, radius, rate))
             self.compare("Lemma 3.1: threshold of a group", row.convergence_threshold_m2_s, max(thresholds, default=None))
             old = self.memory.diverging.get(group, (0, None))[0] if self.kept_members(group) else 0
-            if thresholds and max(thresholds) < -self.rules["convergence_limit_m2_s"]:
+            # An orbit that moves also shrinks for a while.
+            runs_away = self.orbit["response_s"] == 0 or rate > 0
+            if runs_away and thresholds and max(thresholds) < -self.rules["convergence_limit_m2_s"]:
                 diverging[group] = old + elapsed, max(thresholds)
             if np.hypot(*row.velocity) > speed + self.scenario["uavs"]["speed_change_max_m_s"]:
                 outrun[group] = elapsed + (self.memory.outrun.get(group, 0) if self.kept_members(group) else 0)
@@ -508,8 +619,11 @@ def clustered(positions, count, random):
 
 def check_crews(record, compare):
     """Who serves which group: carried on, or assigned anew where groups came or went, by all possible assignments."""
-    known, when_assigned = 0, {}
+    known, when_assigned, searching = 0, {}, set()
     for before, time in zip([None, *record.times], record.times):
+        for event in record.events[time]:
+            if event.kind in ["search-started", "search-ended"]:
+                (searching.add if event.kind == "search-started" else searching.discard)(int(event.uavs))
         groups, uavs = list(record.groups[time]), record.uavs[time]
         old_groups = list(record.groups[before]) if before is not None else []
         crew = {uav: row.group for uav, row in uavs.items()}
@@ -520,16 +634,21 @@ def check_crews(record, compare):
         numbers = {group: row.members for group, row in record.groups[time].items()}
         changed = any(abs(now - when_assigned[group]) >= 2 and max(now, when_assigned[group]) >= 2 * min(now, when_assigned[group])
                       for group, now in numbers.items() if group in when_assigned)
-        if groups == old_groups and not changed:
-            compare("crew carried on", 0, sum(crew[uav] != old_crew[uav] for uav in uavs))
+        at_hand = [uav for uav in uavs if uav not in searching]
+        if searching:
+            compare("groups.search: searchers in a group", 0, sum(crew[uav] is not None for uav in searching))
+            compare("groups.search: more searchers than can be spared", 0, max(len(groups) - len(at_hand), 0))
+        ended = bool(groups) and any(old_crew[uav] is None for uav in at_hand)
+        if groups == old_groups and not changed and not ended:
+            compare("crew carried on", 0, sum(crew[uav] != old_crew[uav] for uav in at_hand))
         elif groups:
             when_assigned = numbers
             sizes = [list(crew.values()).count(group) for group in groups]
-            compare("UAVs in no group", 0, list(crew.values()).count(None))
+            compare("UAVs in no group", 0, [crew[uav] for uav in at_hand].count(None))
             compare("(33) groups unserved, or served by too many", 0,
-                    sum(not 1 <= size <= max(2, -(-len(uavs) // len(groups))) for size in sizes))
-            if len(uavs) <= EXHAUSTIVE_MAX:
-                worth, best = equation_32(record, time, groups, old_crew)
+                    sum(not 1 <= size <= max(2, -(-len(at_hand) // len(groups))) for size in sizes))
+            if len(at_hand) <= EXHAUSTIVE_MAX:
+                worth, best = equation_32(record, time, groups, old_crew, at_hand)
                 which = record.scenario["groups"]["objective"]
                 compare(f"(32) ln det that another crew gains, {which}", 0.0, max(best - worth, 0.0),
                         tolerance=LN_DET_STEP * len(groups))
@@ -549,9 +668,9 @@ def equation_31(sensor, uav, target):
     return h.T @ np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2]) @ h
 
 
-def equation_32(record, time, groups, old_crew):
+def equation_32(record, time, groups, old_crew, at_hand):
     """Worth of the recorded assignment, and the largest of all that serve every group by at most so many UAVs."""
-    sensor, uavs = record.scenario["filter"], list(record.uavs[time].values())
+    sensor, uavs = record.scenario["filter"], [record.uavs[time][uav] for uav in at_hand]
     told = [np.array([[equation_31(sensor, uav.position, row.position) for row in record.members(time, group).values()]
                       for uav in uavs]) for group in groups]
     most, n = max(2, -(-len(uavs) // len(groups))), len(groups)
@@ -566,13 +685,13 @@ def equation_32(record, time, groups, old_crew):
             if (group, block) not in of_block:
                 of_block[group, block] = information_of(told[group][list(block)].sum(axis=0))
             sums.append(of_block[group, block])
-        return ln_det(sum(sums)) if printed else sum(sums) + INERTIA * staying[crew, range(len(crew))].sum()
+        return ln_det(sum(sums)) if printed else sum(sums) + record.scenario["groups"]["assignment_inertia"] * staying[crew, range(len(crew))].sum()
 
     printed = record.scenario["groups"]["objective"] == "printed"
     information_of = (lambda terms: terms.sum(axis=0)) if printed else (lambda terms: ln_det(terms).sum())
     recorded = np.array([groups.index(uav.group) for uav in uavs])
     # A UAV that stays counts for more, by the number of its group's targets.
-    staying = np.array([[told[g].shape[1] * (old_crew[uav] == group) for uav in record.uavs[time]]
+    staying = np.array([[told[g].shape[1] * (old_crew[uav] == group) for uav in at_hand]
                         for g, group in enumerate(groups)])
     return worth(recorded), max(worth(crew) for crew in crews)
 
