@@ -134,8 +134,10 @@ test("the worst run's command flies that run again, to the bit", () =>
 
 test("another end, another run and another metric can be chosen with the keyboard alone", () =>
   opened("a/report.html", async (page) => {
-    await page.keyboard.press("ArrowDown");
-    assert.equal(await page.locator('#metrics button[aria-pressed="true"]').textContent(), "velocity error\u00a0m/s");
+    // Past the errors of groups of one UAV, and of more.
+    const chosen = () => page.locator('#metrics button[aria-pressed="true"]').textContent();
+    for (let n = 0; n < 3 && (await chosen()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
+    assert.equal(await chosen(), "velocity error\u00a0m/s");
     await page.locator("#end").selectOption({ index: 1 });
     const best = await page.locator("#runs tbody tr td:nth-child(2)").first().getAttribute("title");
     const all = (await values(page)).map((run) => Number(run.velocity_error_m_s));

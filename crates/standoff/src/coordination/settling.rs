@@ -9,7 +9,7 @@
 //! With [`GroupCount::Needed`] the objective is: as many targets in groups as UAVs can watch, one UAV to a group where it
 //! takes that; and of what watches the same, the most information, the sum of ln det (`assignment`), which two UAVs on
 //! one orbit have more of than one on each of two. So a group is founded at once for whoever is in none, even if a UAV
-//! leaves its partner; and a group with one UAV is wound up where others' orbits hold its members with room to spare
+//! leaves its partner; and while somebody is unwatched, a group is wound up whose members others hold with room to spare
 //! (`winding_up`). Inertia: at most one group at a time ends, one review after the last; and a UAV's staying counts in
 //! the assignment (`assignment_inertia`).
 
