@@ -12,7 +12,9 @@ Prints lines like check_equations.py. Of a clustering from nothing and of an ass
 the best of many random starts and of all assignments. Exits with 1 and a message if a tolerance is exceeded.
 
 Not checked: assignments of more than EXHAUSTIVE_MAX UAVs, teams whose UAVs come and go, the words of a reason beyond
-its first number.
+its first number. With `groups.count = "needed"`, where no group was there before: that half as many clusters as UAVs do
+not hold everybody, if the record founds one group after the other instead. With `groups.search = "lost"`: who is sent to
+search for whom and when a search ends, both taken as recorded.
 """
 
 import re
@@ -685,9 +687,10 @@ def equation_32(record, time, groups, old_crew, at_hand):
             if (group, block) not in of_block:
                 of_block[group, block] = information_of(told[group][list(block)].sum(axis=0))
             sums.append(of_block[group, block])
-        return ln_det(sum(sums)) if printed else sum(sums) + record.scenario["groups"]["assignment_inertia"] * staying[crew, range(len(crew))].sum()
+        return ln_det(sum(sums)) if printed else sum(sums) + inertia * staying[crew, range(len(crew))].sum()
 
-    printed = record.scenario["groups"]["objective"] == "printed"
+    printed, inertia = (record.scenario["groups"][key] for key in ["objective", "assignment_inertia"])
+    printed = printed == "printed"
     information_of = (lambda terms: terms.sum(axis=0)) if printed else (lambda terms: ln_det(terms).sum())
     recorded = np.array([groups.index(uav.group) for uav in uavs])
     # A UAV that stays counts for more, by the number of its group's targets.

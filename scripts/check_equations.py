@@ -14,7 +14,7 @@ a tolerance is exceeded. Needs requirements.txt.
 
 Not checked: who belongs to a group (see check_coordination.py) and which tracks are lost (both taken as recorded), the
 first estimate of each track (it comes from a cue, which the record does not hold), the drawing of the scenario, UAVs
-without a group.
+without a group (those that search for a lost target among them).
 """
 
 import json
@@ -125,10 +125,10 @@ class Comparison:
         largest, _, count = self.lines.get(what, (0.0, tolerance, 0))
         self.lines[what] = (np.maximum(largest, np.max(off, initial=0.0)), tolerance, count + off.size)
 
-    def angle(self, what, recorded, computed):
+    def angle(self, what, recorded, computed, tolerance=ROUNDING):
         """Compares angles the short way round."""
         known = recorded is not None and computed is not None
-        self(what, recorded, recorded + wrap(computed - recorded) if known else computed)
+        self(what, recorded, recorded + wrap(computed - recorded) if known else computed, tolerance=tolerance)
 
     def report(self, folder):
         wrong = [what for what, (largest, tolerance, _) in self.lines.items() if not largest <= tolerance]
@@ -282,11 +282,13 @@ def check_measurements(record, compare):
                 expected |= {(uav, target) for target in truth if in_view(sensor, row, truth[target])}
             centre = record.groups[before].get(record.uavs[before][uav].group) if before is not None else None
             if centre is not None:
-                ahead = centre.position + centre.velocity * record.period
+                ahead, what, tolerance = centre.position + centre.velocity * record.period, "", ROUNDING
+                middle = None
                 if record.scenario["orbit"]["aim"] == "middle":
                     middle = aim_at_middle(record, before, record.uavs[before][uav], centre)
-                    ahead = ahead if middle is None else middle
-                compare.angle("section II: boresight", row.boresight_rad, direction(ahead - row.position))
+                if middle is not None:
+                    ahead, what, tolerance = middle, ", at the middle", DIFFERENCES
+                compare.angle(f"section II: boresight{what}", row.boresight_rad, direction(ahead - row.position), tolerance)
         # A range that noise makes negative is none: so near, a target may be missed.
         missed = {(uav, target) for uav, target in expected - set(record.detections[time])
                   if equation_7(record.uavs[time][uav].position, truth[target].position)[0] > 6 * sensor["range_sd_m"]}
