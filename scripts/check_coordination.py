@@ -27,7 +27,8 @@ import numpy as np
 
 from check_equations import (
     POSITION, ROUNDING, VELOCITY, circle_spread, direction, equation_7, equation_15, equations_13_20, equation_22,
-    equations_28_29, is_by_circle, lemma_3_1, main, margin_in_metres, smallest_circle, unit, wanted_state, wrap)
+    equations_28_29, is_by_circle, last_furthest, lemma_3_1, main, margin_in_metres, needed_radius, smallest_circle, unit,
+    wanted_state, wrap)
 
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
 FILLED = 0.85  # of the largest radius: what others' orbits may need to hold the members of a group that is wound up
@@ -721,14 +722,22 @@ def check_altitudes(record, compare):
 def check_alarms(record, compare):
     """Distances between UAVs of a group; what is told of UAVs too close, and of orbits that cannot be flown."""
     orbit, alarms = record.scenario["orbit"], {}
-    for time in record.times:
+    for before, time in zip([None, *record.times], record.times):
         old, alarms, expected = alarms, {}, []
+        previous = record.groups[before] if before is not None else {}
         for group, row in record.groups[time].items():
             uavs = [uav.position for uav in record.uavs[time].values() if uav.group == group]
             separation = min([np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]], default=None)
             compare("separation of the UAVs of a group", row.separation_m, separation)
             turn_limit = np.inf if row.turn_limit_m is None else row.turn_limit_m
-            smallest = max(row.standoff_unclamped_m, orbit["radius_min_m"], turn_limit)
+            members, needed = record.members(time, group), row.standoff_unclamped_m
+            if group in previous and orbit["response_s"] > 0:
+                wanted = wanted_state(record.scenario, members)
+                centre = np.array(row.position)
+                furthest = members[last_furthest({target: np.hypot(*(track.position - centre))
+                                                  for target, track in members.items()})]
+                needed = needed_radius(record.scenario, members, wanted, furthest, row.margin_m)
+            smallest = max(needed, orbit["radius_min_m"], turn_limit)
             largest = min(orbit["radius_max_m"], record.scenario["sensor"]["sensing_range_m"] - row.spread_m)
             infeasible, close = old.get(group, (False, False))
             alarm = record.scenario["groups"]["separation_alarm_m"] * (1.2 if close else 1.0)

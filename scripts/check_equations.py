@@ -546,6 +546,15 @@ def equation_27(uavs, centre_velocity, rate):
     return max((v - rate) / turn_rate, (v + centre_speed) ** 2 / (v * turn_rate)) if centre_speed < v else None
 
 
+def needed_radius(scenario, members, wanted, furthest_row, margin):
+    """What members need of an orbit about where they want it, however far the orbit that is flown has come."""
+    spread = np.hypot(*(furthest_row.position - wanted[POSITION]))
+    if is_by_circle(scenario):
+        positions = np.array([track.position for track in members.values()])
+        spread = max(np.hypot(*(positions - smallest_circle(positions)[0]).T))
+    return equation_15(scenario, spread, 0.0, margin)[0]
+
+
 def check_groups(record, compare):
     """Runs the centres' filters, and orbits that move, on the recorded tracks; they are never set back to the record."""
     scenario, centres, flown = record.scenario, {}, {}
@@ -597,7 +606,8 @@ def check_groups(record, compare):
             compare("(15) rate of r_d", row.standoff_rate_m_s, rate, tolerance=RUN_ON)
             limit = equation_27(scenario["uavs"], row.velocity, row.standoff_rate_m_s)
             compare("(27) and moving centre: smallest radius", row.turn_limit_m, limit)
-            needed = max(unclamped, orbit["radius_min_m"], np.inf if limit is None else limit)
+            needed = needed_radius(scenario, members, mean, furthest_row, margin) if moves else unclamped
+            needed = max(needed, orbit["radius_min_m"], np.inf if limit is None else limit)
             allowed = min(orbit["radius_max_m"], scenario["sensor"]["sensing_range_m"] - spread)
             compare("some orbit satisfies every constraint", row.feasible, needed <= allowed)
 

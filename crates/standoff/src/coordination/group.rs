@@ -204,7 +204,13 @@ impl Group {
         let speed_m_s = uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
         self.turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
             .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
-        self.smallest_m = standoff.unclamped_m.max(params.standoff.radius_min_m).max(self.turn_limit_m);
+        // An orbit on its way is wider for a while than its members need.
+        let needed_m = match flown {
+            Some(_) => params.standoff.distance(wanted.spread(&furthest.estimate().state, &wanted.state), margin_m),
+            None => standoff,
+        }
+        .unclamped_m;
+        self.smallest_m = needed_m.max(params.standoff.radius_min_m).max(self.turn_limit_m);
         self.largest_m = params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m);
         (self.furthest, self.spread, self.margin_m, self.standoff) = (furthest.track.id, spread, margin_m, standoff);
         Some(())

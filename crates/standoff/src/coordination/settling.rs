@@ -110,6 +110,10 @@ impl Settling<'_> {
             }
         }
         self.discard();
+        if self.groups() == 0 && live > 0 && self.params.group.count == GroupCount::Needed {
+            // The last that were on their way into a group are given up: somebody is to be watched all the same.
+            self.found_first(wanted);
+        }
         self.tell_of_emptied_groups();
     }
 
