@@ -15,7 +15,7 @@ use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 use crate::target::Transition;
-use crate::team::{CentreEstimate, GroupParams, OnMembershipChange, TeamParams};
+use crate::team::{CentreEstimate, GroupParams, Margin, OnMembershipChange, TeamParams};
 use crate::time::Duration;
 
 /// A group and its orbit at one instant.
@@ -124,7 +124,9 @@ impl Group {
                 self.centre = self.centre.shifted(&membership_shift(known, before, &wanted, team));
             }
         }
-        let is_sound = self.centre.follow(transition, wanted.state.position(), &centroid_m2);
+        // Where nothing is taken from the filter it need not run.
+        let filters = team.group.centre == CentreEstimate::Filtered || team.group.margin == Margin::Mahalanobis;
+        let is_sound = filters && self.centre.follow(transition, wanted.state.position(), &centroid_m2);
         match team.group.centre {
             CentreEstimate::Filtered if is_sound => {}
             CentreEstimate::Filtered => self.centre = GroupCentre::start(&Centroid::of(estimates)?)?,

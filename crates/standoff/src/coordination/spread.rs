@@ -32,7 +32,7 @@ pub(crate) fn margin_m(
         Margin::Mahalanobis => innovation_distance,
         Margin::StandardDeviations(sds) => {
             let distance_m = furthest_rel_centre.length_m();
-            if distance_m <= 0.0 {
+            if distance_m <= 0.0 || sds <= 0.0 {
                 return 0.0;
             }
             let towards = furthest_rel_centre.vector() / distance_m;
