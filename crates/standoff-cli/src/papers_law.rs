@@ -1,5 +1,6 @@
 //! The paper's law beside a run: the same mission under it.
 
+use standoff_reproduce::PAPERS_LAW;
 use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{Choice, Metrics};
@@ -7,25 +8,8 @@ use standoff_sim::score::{Choice, Metrics};
 use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::failure::{Failure, refused};
 
-/// The keys of the paper's law, for missions that are flown otherwise.
-pub(crate) const PAPERS_LAW: [&str; 16] = [
-    "guidance.feedforward=exact",
-    "guidance.turn_rate_gain=0",
-    "guidance.lead=constant",
-    "guidance.lead_s=3",
-    "guidance.speed_reference=ground",
-    "orbit.margin=mahalanobis",
-    "orbit.on_membership_change=filter",
-    "orbit.centre=filtered",
-    "orbit.aim=centre",
-    "orbit.response_s=0",
-    "orbit.take_back_fraction=0.9",
-    "groups.count=half",
-    "groups.discard=furthest",
-    "groups.assignment_inertia=0.5",
-    "groups.search=none",
-    "guidance.heading_gain_1_s=2",
-];
+/// The lead of the paper's law, which over traffic is the scenario's own.
+const LEAD: &str = "guidance.lead_s=3";
 
 /// What the paper's law comes to in the mission that is flown where none is named, changed alike, from the same starts
 /// and with the same seed. What somebody chose, mission or metrics, is told alone.
@@ -38,9 +22,14 @@ pub(crate) fn of(
     if named.is_some() || choice != Choice::standard() || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO {
         return Ok(None);
     }
-    let edits = changes.edits_and(&PAPERS_LAW.map(str::to_owned))?;
+    let edits = changes.edits_and(&set())?;
     let scenario = Scenario::load(DEFAULT_SCENARIO, &edits, seed).map_err(Failure::Scenario)?;
     fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(refused(&errors)))
+}
+
+/// What turns a mission into one that flies it.
+fn set() -> Vec<String> {
+    PAPERS_LAW.iter().chain(&[LEAD]).map(|key| (*key).to_owned()).collect()
 }
 
 #[cfg(test)]
@@ -53,7 +42,7 @@ mod tests {
     /// own mission.
     #[test]
     fn it_differs_by_the_law_alone() {
-        let set = PAPERS_LAW.map(str::to_owned).to_vec();
+        let set = set();
         let load = |name: &str, set: &[String]| {
             Scenario::load(name, &Edits { set: set.to_vec(), ..Edits::default() }, 7).unwrap()
         };

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::streets::Streets;
 
 /// The paper's law, for missions that are flown otherwise. Over traffic `guidance.lead_s` stays the scenario's.
-pub(crate) const PAPERS_LAW: [&str; 15] = [
+pub const PAPERS_LAW: [&str; 15] = [
     "guidance.feedforward=exact",
     "guidance.turn_rate_gain=0",
     "guidance.heading_gain_1_s=2",

@@ -19,7 +19,7 @@ mod study;
 mod table_2;
 
 pub use failure::Failure;
-pub use flights::Plan;
+pub use flights::{PAPERS_LAW, Plan};
 pub use page::write_page;
 pub use study::{Study, claims_file, save, summary};
 

@@ -22,9 +22,7 @@ fn told(event: &EventRow) -> Option<String> {
         ("group-founded", cause) => return founded(cause, event.members?),
         ("group-dissolved", "empty") => "its last member is gone",
         ("group-dissolved", "too-many") => "the smallest, and fewer groups can be served now",
-        ("group-dissolved", "not-needed") => {
-            "others hold all of its targets, and two UAVs on one orbit tell more of them than one on each of two"
-        }
+        ("group-dissolved", "not-needed") => "others hold all of its targets, and its UAVs can watch others",
         ("group-dissolved", "merged") => {
             let others = count(event.together?, "unassigned target");
             let into = event.into_group?;

@@ -139,7 +139,7 @@ pub enum DissolutionReason {
     Empty,
     /// There are fewer UAVs, or targets, than so many groups need.
     TooMany,
-    /// Others hold all that it held, and its UAVs tell more of them beside theirs.
+    /// Others hold all that it held, and its UAVs are needed elsewhere.
     NotNeeded,
     /// Another group can hold its targets too, and its UAVs can watch others.
     Merged {
