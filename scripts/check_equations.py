@@ -499,9 +499,9 @@ def follow(x, v, wanted, wanted_v, orbit, dt):
     return x + change * dt / 2, v + change
 
 
-def follow_radius(radius, rate, wanted, wanted_rate, orbit, dt):
-    """The same of a radius, which stops at its bounds; it changes no faster than it approaches."""
-    moved, rate = (value[0] for value in follow(*(np.array([value]) for value in (radius, rate, wanted, wanted_rate)), orbit, dt))
+def follow_radius(radius, rate, wanted, orbit, dt):
+    """The same of a radius, which knows no rate ahead, stops at its bounds and changes no faster than it approaches."""
+    moved, rate = (value[0] for value in follow(*(np.array([value]) for value in (radius, rate, wanted, 0.0)), orbit, dt))
     radius, fastest = np.clip(moved, orbit["radius_min_m"], orbit["radius_max_m"]), orbit["approach_max_m_s"]
     return radius, np.clip(rate, -fastest, fastest) if radius == moved else 0.0
 
@@ -519,7 +519,7 @@ def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=Non
     rate = (positions[furthest] - centre) @ (velocities[furthest] - velocity) / max(spreads[furthest], 1e-300)
     _, radius, rate = equation_15(scenario, spreads[furthest], rate, margin)
     if moves:
-        radius, rate = follow_radius(*before[2:], radius, rate, orbit, dt)
+        radius, rate = follow_radius(*before[2:], radius, orbit, dt)
     return centre, velocity, radius, rate
 
 
@@ -597,7 +597,7 @@ def check_groups(record, compare):
                 margin = margin_in_metres(orbit["margin_sds"], toward, furthest, members)
             unclamped, clamped, rate = equation_15(scenario, spread, spread_rate, margin)
             if moves:
-                clamped, rate = follow_radius(old_radius, old_rate, clamped, rate, orbit, record.period)
+                clamped, rate = follow_radius(old_radius, old_rate, clamped, orbit, record.period)
             flown[group] = centre[POSITION], centre[VELOCITY], clamped, rate
             compare("(15) spread d_max", row.spread_m, spread, tolerance=RUN_ON)
             compare(f"(16) margin d_m, {orbit['margin']}", row.margin_m, margin, tolerance=RUN_ON)
@@ -632,7 +632,7 @@ def equation_22(record):
                 _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m)
                 if orbit["response_s"] > 0 and group in previous:
                     # An orbit that moves is still on its way then.
-                    expected, expected_rate = follow_radius(radius, rate, expected, expected_rate, orbit, lag)
+                    expected, expected_rate = follow_radius(radius, rate, expected, orbit, lag)
                 radius, rate = expected, expected_rate
             # An orbit that moves is the same one with other members.
             kept = group in previous and (orbit["response_s"] > 0 or set(record.members(before, group)) == set(members))

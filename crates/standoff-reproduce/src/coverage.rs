@@ -12,7 +12,7 @@ use super::study::{Data, Study, Table};
 use crate::failure::Failure;
 
 /// What undoes each of what is new.
-const WITHOUT: [(&str, &[&str]); 10] = [
+const WITHOUT: [(&str, &[&str]); 11] = [
     ("groups by need", &["groups.count=half"]),
     ("the smallest circle", &["orbit.centre=centroid"]),
     ("sensors on the middle", &["orbit.aim=centre"]),
@@ -22,6 +22,7 @@ const WITHOUT: [(&str, &[&str]); 10] = [
     ("the greater inertia", &["groups.assignment_inertia=0.5"]),
     ("the greater share of the largest orbit", &["orbit.take_back_fraction=0.9"]),
     ("a margin of none", &["orbit.margin_sds=1.645"]),
+    ("the early loss of what is unseen in view", &["filter.lost_in_view_s=5"]),
     ("a search for the lost", &["groups.search=none"]),
 ];
 

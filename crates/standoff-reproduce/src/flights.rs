@@ -15,7 +15,8 @@ use crate::failure::Failure;
 use crate::streets::Streets;
 
 /// The paper's law, for missions that are flown otherwise. Over traffic `guidance.lead_s` stays the scenario's.
-pub const PAPERS_LAW: [&str; 15] = [
+pub const PAPERS_LAW: [&str; 16] = [
+    "filter.lost_in_view_s=5",
     "guidance.feedforward=exact",
     "guidance.turn_rate_gain=0",
     "guidance.heading_gain_1_s=2",

@@ -73,7 +73,8 @@ const IMPROVEMENTS: [Improvement; 14] = [
 ];
 
 /// All that `best/figure-9` has.
-const ALL: [&str; 17] = [
+const ALL: [&str; 18] = [
+    "filter.lost_in_view_s=2",
     "guidance.feedforward=actual",
     "guidance.heading_gain_1_s=1",
     "guidance.turn_rate_gain=0.3",

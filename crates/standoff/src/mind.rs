@@ -5,12 +5,11 @@ use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
 use crate::coordination::search::SearchArea;
 use crate::frame::{Displacement, Position, Velocity};
-use crate::guidance::aim::middle;
+use crate::guidance::aim::{middle, middle_of_most};
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::inbox::Inbox;
-use crate::math::PI;
 use crate::message::{Message, Scan};
 use crate::param::ParamError;
 use crate::picture::{News, Picture, Scratch};
@@ -271,9 +270,15 @@ impl Mind {
         let members = self.picture().members_of(group.id);
         let own = members.clone().filter(|known| known.membership.group() == Some(group.id));
         let state = |known: &Known| known.estimate().state;
+        let with_variance = |known: &Known| {
+            let sd_m = known.estimate().position_sd_max_m();
+            (state(known), sd_m * sd_m)
+        };
+        let fits_rad = self.params.track.sensor.field_of_view_rad;
         // Whose view is its duty comes before who is on the way, until the orbit has made room for all.
-        middle(uav, centre.position, members.map(state), self.params.track.sensor.field_of_view_rad)
-            .or_else(|| middle(uav, centre.position, own.map(state), PI))
+        middle(uav, centre.position, members.map(state), fits_rad)
+            .or_else(|| middle(uav, centre.position, own.clone().map(state), fits_rad))
+            .or_else(|| middle_of_most(uav, own.map(with_variance), fits_rad))
             .or(Some(centre))
     }
 

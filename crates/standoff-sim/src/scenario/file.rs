@@ -244,7 +244,7 @@ tables! {
         /// A track less certain than this is lost: standard deviation of its position, m.
         lost_position_sd_m = 300.0;
         /// A track unseen for so long where it should be in plain view is lost, s.
-        lost_in_view_s = 5.0;
+        lost_in_view_s = 2.0;
         /// Velocity of a track that starts from a measurement: standard deviation per axis, m/s.
         start_velocity_sd_m_s = 10.0;
         /// A lost track is forgotten after this time, s.

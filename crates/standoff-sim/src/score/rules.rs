@@ -90,8 +90,8 @@ impl Rules {
             return *wanted;
         }
         let flown = flown.centred_on(&wanted.state(), motion, period_s);
-        let standoff = self.standoff_distance(members, &flown.state(), margin_m);
-        flown.widened_to(&standoff, &self.standoff, motion, period_s)
+        let wanted_m = self.standoff_distance(members, &flown.state(), margin_m).distance_m;
+        flown.widened_to(wanted_m, &self.standoff, motion, period_s)
     }
 
     /// (15) of members about a centre.

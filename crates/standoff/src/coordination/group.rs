@@ -60,6 +60,17 @@ pub struct Group {
     pub(crate) alarms: Alarms,
 }
 
+/// What goes on from the last instant, if something does.
+#[derive(Debug, Clone, Copy, Default)]
+struct Since {
+    /// How long ago that was.
+    dt: Duration,
+    /// The orbit whose centre has followed already, and whose radius shall.
+    flown: Option<OrbitMotion>,
+    /// What was steered for.
+    smoothed: Option<Ramp>,
+}
+
 /// What was reported of a group as a whole, and not taken back yet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Alarms {
@@ -98,7 +109,7 @@ impl Group {
             members_when_assigned: 0,
             alarms: Alarms::default(),
         };
-        group.fit_orbit(&wanted, &centroid.mean.position_covariance(), known, members, None, None, team)?;
+        group.fit_orbit(&wanted, &centroid.mean.position_covariance(), known, members, Since::default(), team)?;
         Some(group)
     }
 
@@ -113,7 +124,6 @@ impl Group {
     ) -> Option<()> {
         let estimates = members.clone().map(|index| known[index].estimate());
         let wanted = WantedCentre::of(team.group.centre, known, members.clone())?;
-        let centroid_m2 = mean_position_covariance(estimates.clone(), wanted.members);
         self.members = wanted.members;
         let flown = OrbitMotion::start(&self.centre.estimate().state, &self.standoff);
         let is_unchanged = before.clone().eq(members.clone());
@@ -124,12 +134,19 @@ impl Group {
                 self.centre = self.centre.shifted(&membership_shift(known, before, &wanted, team));
             }
         }
-        // Where nothing is taken from the filter it need not run.
+        // What nothing is taken from is not worked out.
         let filters = team.group.centre == CentreEstimate::Filtered || team.group.margin == Margin::Mahalanobis;
+        let centroid_m2 = match filters || team.group.margin.takes_covariance() {
+            true => mean_position_covariance(estimates.clone(), wanted.members),
+            false => Matrix2::zeros(),
+        };
         let is_sound = filters && self.centre.follow(transition, wanted.state.position(), &centroid_m2);
         match team.group.centre {
             CentreEstimate::Filtered if is_sound => {}
             CentreEstimate::Filtered => self.centre = GroupCentre::start(&Centroid::of(estimates)?)?,
+            CentreEstimate::Centroid | CentreEstimate::SmallestCircle if !filters => {
+                self.centre = self.centre.moved_to(&wanted.state);
+            }
             CentreEstimate::Centroid | CentreEstimate::SmallestCircle => {
                 let innovation_distance = if is_sound { self.centre.innovation_distance } else { 0.0 };
                 self.centre = GroupCentre::at(&Centroid::of(estimates)?.at(&wanted.state), innovation_distance)?;
@@ -141,22 +158,20 @@ impl Group {
         if let Some(flown) = &flown {
             self.centre = self.centre.moved_to(&flown.state());
         }
-        let smoothed = (is_unchanged || flown.is_some()).then_some((self.smoothed, transition.dt));
-        self.fit_orbit(&wanted, &centroid_m2, known, members, flown, smoothed, team)
+        let smoothed = (is_unchanged || flown.is_some()).then_some(self.smoothed);
+        let since = Since { dt: transition.dt, flown, smoothed };
+        self.fit_orbit(&wanted, &centroid_m2, known, members, since, team)
     }
 
     /// Fits the orbit to the centre and the members as they are now. `centroid_m2` is the covariance of their centroid's
-    /// position, m2; `flown` the orbit whose centre has followed already, and whose radius shall; `smoothed` what was
-    /// steered for before, and how long ago.
-    #[expect(clippy::too_many_arguments)]
+    /// position, m2.
     fn fit_orbit(
         &mut self,
         wanted: &WantedCentre,
         centroid_m2: &Matrix2<f64>,
         known: &[Known],
         members: impl Iterator<Item = usize> + Clone,
-        flown: Option<OrbitMotion>,
-        smoothed: Option<(Ramp, Duration)>,
+        Since { dt, flown, smoothed }: Since,
         team: &TeamParams,
     ) -> Option<()> {
         let (params, uav) = (&team.group, &team.uav);
@@ -171,8 +186,8 @@ impl Group {
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
         let mut standoff = params.standoff.distance(spread, margin_m);
-        if let Some((flown, (_, dt))) = flown.zip(smoothed) {
-            let flown = flown.widened_to(&standoff, &params.standoff, &params.motion, dt.s());
+        if let Some(flown) = flown {
+            let flown = flown.widened_to(standoff.distance_m, &params.standoff, &params.motion, dt.s());
             (standoff.distance_m, standoff.rate_m_s) = (flown.radius_m, flown.rate_m_s);
         }
         let steered = match team.guidance.lead {
@@ -190,7 +205,7 @@ impl Group {
                     // What is flown by then is still on its way.
                     Some(_) => {
                         let then = OrbitMotion::start(&at, &standoff).widened_to(
-                            &expected,
+                            expected.distance_m,
                             &params.standoff,
                             &params.motion,
                             lead_s,
@@ -200,8 +215,7 @@ impl Group {
                 }
             }
         };
-        let (before, dt) = smoothed.unzip();
-        self.smoothed = Ramp::smoothed(before, &steered, params.smoothing_s, dt.unwrap_or_default().s());
+        self.smoothed = Ramp::smoothed(smoothed, &steered, params.smoothing_s, dt.s());
         let centre_speed_m_s = at.velocity().speed_m_s();
         let speed_m_s = uav.speed_m_s.max(speed_floor_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
         self.turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)

@@ -310,7 +310,8 @@ impl Settling<'_> {
     }
 
     /// The group's orbit cannot hold a target. One that is only just being received goes first, if the orbit is smaller
-    /// without it; one that is being passed on is passed at once.
+    /// without it; one that is being passed on is passed at once, where orbits take their time only if the other one holds
+    /// it already: nobody is a member whom its group does not see.
     fn let_go(&mut self, id: GroupId, whom: usize, kind: EventKind) {
         let needed_m = self.required_by(id).map_or(0.0, |required| required.standoff.unclamped_m);
         let widens = |place: &usize| {
@@ -319,9 +320,10 @@ impl Settling<'_> {
         };
         let is_incoming = |place: &usize| self.known()[*place].receiving_group() == Some(id);
         let incoming = self.members(id).filter(is_incoming).find(widens);
+        let is_received = |to| self.params.group.motion.is_at_once() || self.is_held_by(whom, to);
         if let Some(incoming) = incoming.or(Some(whom).filter(is_incoming)) {
             self.withdraw(incoming, WithdrawalReason::ReceivingCannotHold);
-        } else if self.known()[whom].receiving_group().is_some() {
+        } else if self.known()[whom].receiving_group().is_some_and(is_received) {
             self.complete(whom, CompletionReason::PassingCannotHold);
         } else {
             self.events.push(Event::of_track(kind, self.track(whom), Some(id)));

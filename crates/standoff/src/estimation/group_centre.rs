@@ -114,10 +114,10 @@ impl GroupCentre {
     /// Puts the centre elsewhere.
     #[must_use]
     pub(crate) fn moved_to(&self, there: &TargetState) -> Self {
-        self.shifted(&(there.0 - self.estimate().state.0))
+        Self { filter: self.filter.moved_to(there), ..*self }
     }
 
-    /// Mean and covariance of the centre.
+    /// Mean and covariance of the centre; of one that is not filtered, the covariance is that of its founding.
     pub fn estimate(&self) -> &Estimate {
         self.filter.estimate()
     }

@@ -256,6 +256,11 @@ impl InformationFilter {
         Self { estimate: Estimate { state: TargetState(self.estimate.state.0 + by), ..self.estimate } }
     }
 
+    /// The same information about a target that is elsewhere: keeps the covariance.
+    pub(crate) fn moved_to(&self, state: &TargetState) -> Self {
+        Self { estimate: Estimate { state: *state, ..self.estimate } }
+    }
+
     /// All is finite, and no variance has vanished: what was done to it since did not go beyond what numbers can hold.
     pub fn is_sound(&self) -> bool {
         let Estimate { state, covariance } = &self.estimate;

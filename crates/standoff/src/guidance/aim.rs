@@ -1,4 +1,5 @@
-//! Where a UAV points its sensor so that all of its group's members fit in: at the middle of their angular extent.
+//! Where a UAV points its sensor so that all of its group's members fit in: at the middle of their angular extent; and
+//! while they do not fit, at the middle of the most that do.
 //!
 //! Of all directions it is that from which the worst member is least far off. It meets the line between the outermost
 //! two, L and R at distances l and r from the UAV, in the point that divides it as their distances do:
@@ -7,6 +8,8 @@
 //! Q  = w L + (1 - w) R            w  = r / (l + r)
 //! Q' = w L' + (1 - w) R' + w' (L - R)        w' = (r' l - r l') / (l + r)^2
 //! ```
+
+use nalgebra::{Matrix2, Rotation2};
 
 use crate::frame::{Displacement, Position, Velocity};
 use crate::math;
@@ -60,6 +63,43 @@ pub(crate) fn middle(
     (look.position.is_finite() && look.velocity.is_finite()).then_some(look)
 }
 
+/// The middle of the most targets that fit into a field of view at once, seen from a UAV; of as many, of those known
+/// worst, so that who is left out now is looked at next. Each target comes with the variance of its position, m2. `None`
+/// for a field of view of half a turn or more, and for no targets.
+///
+/// One of those that fit is at the right edge: each target is tried there.
+pub(crate) fn middle_of_most(
+    uav: &UavState,
+    targets: impl Iterator<Item = (TargetState, f64)> + Clone,
+    field_of_view_rad: f64,
+) -> Option<LookAt> {
+    if field_of_view_rad >= math::PI {
+        return None;
+    }
+    let target_rel_uav = |target: &TargetState| (target.position() - uav.position).vector();
+    let (sin, cos) = math::sin_cos(field_of_view_rad);
+    let to_left_edge = Matrix2::new(cos, -sin, sin, cos);
+    let that_fit = |right: TargetState| {
+        let right_rel_uav = target_rel_uav(&right);
+        let left_edge = to_left_edge * right_rel_uav;
+        targets.clone().filter(move |(target, _)| {
+            let target_rel_uav = target_rel_uav(target);
+            right_rel_uav.perp(&target_rel_uav) >= 0.0 && target_rel_uav.perp(&left_edge) >= 0.0
+        })
+    };
+    let mut best: Option<(usize, f64, TargetState)> = None;
+    for (right, _) in targets.clone() {
+        let (number, sum_m2) = that_fit(right).fold((0, 0.0), |(number, sum_m2), (_, m2)| (number + 1, sum_m2 + m2));
+        if best.is_none_or(|(most, most_m2, _)| number > most || (number == most && sum_m2 > most_m2)) {
+            best = Some((number, sum_m2, right));
+        }
+    }
+    let (.., right) = best?;
+    let ahead = Rotation2::new(0.5 * field_of_view_rad) * target_rel_uav(&right);
+    let ahead = uav.position + Displacement::from_m(ahead.x, ahead.y);
+    middle(uav, ahead, that_fit(right).map(|(target, _)| target), math::PI)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,6 +147,27 @@ mod tests {
         assert!(off_deg.abs() < 0.1, "{off_deg}");
         let still_deg = boresight_deg(LookAt { velocity: Velocity::ZERO, ..look }) - middle_deg(&later, moved);
         assert!(still_deg.abs() > 1.0, "{still_deg}");
+    }
+
+    /// Four from -50 to 45 degrees, of whom three fit into 70 degrees, on either side: it looks at the three with the one
+    /// that is known worst, and at two only if nobody has a third beside.
+    #[test]
+    fn of_more_than_fit_in_it_looks_at_the_most_and_of_as_many_at_those_known_worst() {
+        let look_deg = |targets: &[(f64, f64)]| {
+            let targets = targets.iter().map(|(bearing_deg, m2)| (at_deg(300.0, *bearing_deg, (0.0, 0.0)), *m2));
+            let look = middle_of_most(&UAV, targets, 70f64.to_radians()).unwrap();
+            look.boresight(UAV.position, Duration::ZERO).rad().to_degrees()
+        };
+        let near = |one_deg: f64, other_deg: f64| (one_deg - other_deg).abs() < 1e-9;
+        assert!(near(look_deg(&[(-50.0, 9.0), (-20.0, 1.0), (10.0, 1.0), (45.0, 16.0)]), 12.5));
+        assert!(near(look_deg(&[(-50.0, 25.0), (-20.0, 1.0), (10.0, 1.0), (45.0, 16.0)]), -20.0));
+        assert!(near(look_deg(&[(-50.0, 25.0), (-40.0, 1.0), (-30.0, 1.0), (45.0, 900.0)]), -40.0));
+        // Across the turn's end, and all around.
+        assert!(near(look_deg(&[(170.0, 1.0), (-150.0, 1.0), (0.0, 400.0)]), -170.0));
+        assert!(near(look_deg(&[(0.0, 1.0), (120.0, 9.0), (-120.0, 4.0)]), 120.0));
+        let one = [(at_deg(300.0, 0.0, (0.0, 0.0)), 1.0)];
+        assert!(middle_of_most(&UAV, one.into_iter(), math::PI).is_none());
+        assert!(middle_of_most(&UAV, [].into_iter(), 1.0).is_none());
     }
 
     #[test]

@@ -24,6 +24,13 @@ pub enum Margin {
     StandardDeviations(f64),
 }
 
+impl Margin {
+    /// It depends on how well the members are known.
+    pub(crate) fn takes_covariance(self) -> bool {
+        matches!(self, Self::StandardDeviations(sds) if sds > 0.0)
+    }
+}
+
 /// Where a group's centre is taken to be.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum CentreEstimate {

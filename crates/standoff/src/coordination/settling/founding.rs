@@ -89,7 +89,8 @@ impl Settling<'_> {
     /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
     /// forming a group of its own targets and those unassigned; or any at all, if a neighbour's orbit can hold its own
     /// targets too. Only targets count that its UAVs can have within sensing range soon. Where groups are formed by need,
-    /// before all that, one that others can hold is wound up: its UAV watches others.
+    /// before all that, one that others can hold is wound up: its UAV watches others; and of groups with the same gain it is
+    /// the one that is nearest to somebody unwatched.
     pub(super) fn review(&mut self, wanted: usize) {
         let period_s = self.params.group.review_period_s;
         if period_s <= 0.0 || self.now < self.agenda.next_review || self.agenda.winding_up.is_some() {
@@ -103,7 +104,7 @@ impl Settling<'_> {
         if self.params.group.count == GroupCount::Needed && self.wind_up_one() {
             return;
         }
-        let mut best: Option<(usize, GroupId, Position, DissolutionReason)> = None;
+        let mut best: Option<(usize, f64, GroupId, Position, DissolutionReason)> = None;
         for &id in self.memberships.groups() {
             let Some(from) = self.required_by(id).map(|required| required.centre()) else { continue };
             let members = self.members(id).count();
@@ -121,17 +122,28 @@ impl Settling<'_> {
                     (if is_worth_it { gain } else { 0 }, DissolutionReason::Outnumbered { together: together as u32 })
                 }
             };
-            if gain > best.map_or(0, |(most, ..)| most) {
-                best = Some((gain, id, from, reason));
+            let away_m2 = match self.params.group.count {
+                GroupCount::Half => f64::INFINITY,
+                GroupCount::Needed => self.away_from_unwatched_m2(from),
+            };
+            let (most, nearest_m2) = best.map_or((0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
+            if gain > most || (gain > 0 && gain == most && away_m2 < nearest_m2) {
+                best = Some((gain, away_m2, id, from, reason));
             }
         }
-        if let Some((_, id, from, reason)) = best {
+        if let Some((.., id, from, reason)) = best {
             self.dissolve(id, reason);
             let together = self.watched_together(|known| known.is_unassigned() && self.is_soon_seen(known, from));
             if !together.is_empty() {
                 self.found(&together);
             }
         }
+    }
+
+    /// How far the nearest target is that is in no group, m2; infinite if there is none.
+    pub(super) fn away_from_unwatched_m2(&self, from: Position) -> f64 {
+        let unwatched = self.known().iter().filter(|known| known.is_unassigned());
+        unwatched.map(|known| known.position().squared_distance_m2(from)).fold(f64::INFINITY, f64::min)
     }
 
     /// Within sensing range of UAVs about `from` after a while, even if it drives away.

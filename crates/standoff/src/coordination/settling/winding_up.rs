@@ -11,13 +11,16 @@ use crate::time::Duration;
 const FILLED: f64 = 0.85;
 
 impl Settling<'_> {
-    /// Begins to wind up the smallest group all of whose members others could hold; of equals the youngest. It keeps its
-    /// duty until they do, and takes nobody in meanwhile.
+    /// Begins to wind up a group all of whose members others could hold: that which is nearest to somebody unwatched. It
+    /// keeps its duty until they do, and takes nobody in meanwhile.
     pub(super) fn wind_up_one(&mut self) -> bool {
-        let mut groups = self.memberships.groups().to_vec();
-        groups.reverse();
-        groups.sort_by_key(|id| self.members(*id).count());
-        let plan = groups.iter().find_map(|id| Some((*id, self.who_could_hold_each(*id)?)));
+        let away_m2 = |id: &GroupId| {
+            self.last(*id)
+                .map_or(f64::INFINITY, |group| self.away_from_unwatched_m2(group.centre.estimate().state.position()))
+        };
+        let mut groups: Vec<(f64, GroupId)> = self.memberships.groups().iter().map(|id| (away_m2(id), *id)).collect();
+        groups.sort_by(|one, other| one.0.total_cmp(&other.0).then(other.1.cmp(&one.1)));
+        let plan = groups.iter().map(|(_, id)| id).find_map(|id| Some((*id, self.who_could_hold_each(*id)?)));
         let Some((id, receivers)) = plan else { return false };
         self.agenda.winding_up = Some(id);
         for place in 0..self.known().len() {
