@@ -629,8 +629,14 @@ def equation_22(record):
                     velocities = np.array([track.velocity for track in members.values()])
                     positions = np.array([track.position for track in members.values()]) + lag * velocities
                     spread, spread_rate = circle_spread(positions, velocities)
+                moves = orbit["response_s"] > 0 and group in previous
+                if moves:
+                    # Of whoever is furthest about the centre as it is flown, as it goes on.
+                    away, moving = max(relative, key=lambda one: np.hypot(*one[0]))
+                    spread_rate = unit(direction(away)) @ moving if np.any(away) else 0.0
+                    spread = max(np.hypot(*away) + lag * spread_rate, 0.0)
                 _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m)
-                if orbit["response_s"] > 0 and group in previous:
+                if moves:
                     # An orbit that moves is still on its way then.
                     expected, expected_rate = follow_radius(radius, rate, expected, orbit, lag)
                 radius, rate = expected, expected_rate

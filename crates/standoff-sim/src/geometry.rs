@@ -151,17 +151,20 @@ pub(crate) fn position_error_m(track: &TrackRow, truth: &TruthRow) -> f64 {
 }
 
 /// Where the centre of an orbit about targets should be; `None` for no targets.
-pub(crate) fn true_centre(rule: CentreEstimate, targets: &[Position]) -> Option<Position> {
+pub(crate) fn true_centre(
+    rule: CentreEstimate,
+    targets: impl ExactSizeIterator<Item = Position> + Clone,
+) -> Option<Position> {
     match rule {
         CentreEstimate::Filtered | CentreEstimate::Centroid => centroid(targets),
-        CentreEstimate::SmallestCircle => SmallestCircle::of(targets.iter().copied()).map(|circle| circle.centre),
+        CentreEstimate::SmallestCircle => SmallestCircle::of(targets).map(|circle| circle.centre),
     }
 }
 
-fn centroid(positions: &[Position]) -> Option<Position> {
-    let n = positions.len() as f64;
-    let sum = positions.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
-    (!positions.is_empty()).then(|| Position::from_m(sum.0 / n, sum.1 / n))
+fn centroid(positions: impl ExactSizeIterator<Item = Position>) -> Option<Position> {
+    let n = positions.len();
+    let sum = positions.fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
+    (n > 0).then(|| Position::from_m(sum.0 / n as f64, sum.1 / n as f64))
 }
 
 /// A known target that exists: where it really is, and the groups of its track.
@@ -242,7 +245,7 @@ mod tests {
             let places = places(group.group);
             let mean_m = |of: fn(&Position) -> f64| places.iter().map(of).sum::<f64>() / places.len() as f64;
             let off = Position::from_m(mean_m(|at| at.x_m()), mean_m(|at| at.y_m())) - centre(group);
-            let mean = true_centre(CentreEstimate::Centroid, &places);
+            let mean = true_centre(CentreEstimate::Centroid, places.iter().copied());
             assert!((geometry.centre_error_m(group, mean).unwrap() - off.length_m()).abs() < 1e-9);
         }
         let receiving = |uav: &&UavRow| uav.group == track.to_group;

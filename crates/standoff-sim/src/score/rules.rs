@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use standoff::{
-    CentreEstimate, MotionParams, OrbitMotion, Position, SensorParams, Spread, StandoffDistance, StandoffParams,
-    TargetParams, TargetState, Velocity,
+    CentreEstimate, MotionParams, OrbitMotion, SensorParams, Spread, StandoffDistance, StandoffParams, TargetParams,
+    TargetState, Velocity,
 };
 
 use crate::frame::Reported;
@@ -66,8 +66,7 @@ impl Rules {
     /// The orbit that members should have if it could be there at once: about the centre by the rule flown, as fast as
     /// they are on average, with r_d (15) about it without a margin. `None` for no members.
     pub(super) fn orbit(&self, members: &[TargetState]) -> Option<OrbitMotion> {
-        let positions: Vec<Position> = members.iter().map(TargetState::position).collect();
-        let centre = true_centre(self.centre, &positions)?;
+        let centre = true_centre(self.centre, members.iter().map(TargetState::position))?;
         let mean_m_s = |of: fn(Velocity) -> f64| {
             members.iter().map(|member| of(member.velocity())).sum::<f64>() / members.len() as f64
         };

@@ -1,8 +1,6 @@
 //! The orbits that groups should be flown on: the rule flown, its motion included, on where their targets truly are.
 
-use std::collections::BTreeMap;
-
-use standoff::OrbitMotion;
+use standoff::{OrbitMotion, TargetState};
 
 use super::rules::Rules;
 use crate::frame::GroupRow;
@@ -17,28 +15,38 @@ pub(super) struct TrueOrbit {
     pub(super) at_once: OrbitMotion,
 }
 
-/// The true orbits at an instant, by group.
+/// The true orbits at an instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TrueOrbits {
-    of: BTreeMap<u32, TrueOrbit>,
+    /// By ascending group.
+    of: Vec<(u32, TrueOrbit)>,
+    /// Room that lives on: those of the instant before, and the members of one group.
+    before: Vec<(u32, TrueOrbit)>,
+    members: Vec<TargetState>,
 }
 
 impl TrueOrbits {
-    /// Goes on to the next instant, with these groups, in which these targets are known and exist.
+    /// Goes on to the next instant, with these groups by ascending id, in which these targets are known and exist.
     pub(super) fn next(&mut self, rules: &Rules, groups: &[GroupRow], known: &[Known]) {
-        let before = std::mem::take(&mut self.of);
+        core::mem::swap(&mut self.of, &mut self.before);
+        self.of.clear();
         for group in groups {
-            let members: Vec<_> = on_orbit(known, group.group).collect();
-            let was = before.get(&group.group).map(|orbit| &orbit.flown);
-            let Some(at_once) = rules.orbit(&members) else { continue };
-            let flown = was.map_or(at_once, |was| rules.orbit_after(was, &at_once, &members, 0.0));
-            self.of.insert(group.group, TrueOrbit { flown, at_once });
+            self.members.clear();
+            self.members.extend(on_orbit(known, group.group));
+            let Some(at_once) = rules.orbit(&self.members) else { continue };
+            let was = orbit_of(&self.before, group.group).map(|orbit| &orbit.flown);
+            let flown = was.map_or(at_once, |was| rules.orbit_after(was, &at_once, &self.members, 0.0));
+            self.of.push((group.group, TrueOrbit { flown, at_once }));
         }
     }
 
     pub(super) fn of(&self, group: u32) -> Option<&TrueOrbit> {
-        self.of.get(&group)
+        orbit_of(&self.of, group)
     }
+}
+
+fn orbit_of(orbits: &[(u32, TrueOrbit)], group: u32) -> Option<&TrueOrbit> {
+    orbits.binary_search_by_key(&group, |(id, _)| *id).ok().map(|index| &orbits[index].1)
 }
 
 #[cfg(test)]

@@ -194,23 +194,21 @@ impl Group {
             Lead::Constant(_) | Lead::Scheduled => standoff,
             Lead::Predicted => {
                 let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
-                let states = members.map(|index| known[index].estimate().state);
-                let expected = match params.centre {
-                    CentreEstimate::SmallestCircle => circle_in(lead_s, states)?.1,
-                    CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
-                };
-                let expected = params.standoff.distance(expected, margin_m);
                 match flown {
-                    None => expected,
-                    // What is flown by then is still on its way.
+                    None => {
+                        let states = members.map(|index| known[index].estimate().state);
+                        let expected = match params.centre {
+                            CentreEstimate::SmallestCircle => circle_in(lead_s, states)?.1,
+                            CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
+                        };
+                        params.standoff.distance(expected, margin_m)
+                    }
+                    // What is flown by then is still on its way to what is expected.
                     Some(_) => {
-                        let then = OrbitMotion::start(&at, &standoff).widened_to(
-                            expected.distance_m,
-                            &params.standoff,
-                            &params.motion,
-                            lead_s,
-                        );
-                        StandoffDistance { distance_m: then.radius_m, rate_m_s: then.rate_m_s, ..expected }
+                        let expected = params.standoff.distance(spread.after(lead_s), margin_m).distance_m;
+                        let OrbitMotion { radius_m: distance_m, rate_m_s, .. } = OrbitMotion::start(&at, &standoff)
+                            .widened_to(expected, &params.standoff, &params.motion, lead_s);
+                        StandoffDistance { distance_m, rate_m_s, ..standoff }
                     }
                 }
             }

@@ -30,6 +30,7 @@ use crate::coordination::teammate::Teammate;
 use crate::coordination::wanted_centre::WantedCentre;
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
+use crate::guidance::standoff_distance::Spread;
 use crate::smallest_circle::SmallestCircle;
 use crate::team::{CentreEstimate, Discard, GroupCount, TeamParams};
 use crate::time::{Duration, Time};
@@ -260,6 +261,9 @@ impl Settling<'_> {
                 self.let_go(id, whom, EventKind::DiscardedDiverging { threshold_m2_s, limit_m2_s });
             }
             self.discard_fastest(id);
+            if self.surely_fits(id) {
+                continue;
+            }
             let allowed_m = self.params.group.standoff.radius_max_m;
             while let Some(required) = self.required_by(id).filter(|required| required.members() > 1) {
                 let needed_m = required.standoff.unclamped_m;
@@ -271,6 +275,19 @@ impl Settling<'_> {
             }
         }
         self.room.groups = groups;
+    }
+
+    /// The largest orbit about where the centre was last reaches all members: the smallest circle is no wider. `false` says
+    /// nothing; what it says is known without that circle.
+    fn surely_fits(&self, id: GroupId) -> bool {
+        let (group, Some(last)) = (&self.params.group, self.last(id)) else { return false };
+        if group.centre != CentreEstimate::SmallestCircle || group.margin.takes_covariance() {
+            return false;
+        }
+        let centre = last.centre.estimate().state.position();
+        let squared_m2 = self.members(id).map(|place| self.known()[place].position().squared_distance_m2(centre));
+        let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
+        group.standoff.distance(spread, 0.0).unclamped_m < group.standoff.radius_max_m
     }
 
     /// Removes the fastest target of a group that has outrun the UAVs for too long: the others may be kept.

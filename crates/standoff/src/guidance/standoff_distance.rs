@@ -60,6 +60,12 @@ impl Spread {
         let rate_m_s = if distance_m > 0.0 { member_rel_centre.dot(&velocity_rel_centre) / distance_m } else { 0.0 };
         Self { distance_m, rate_m_s }
     }
+
+    /// What it comes to `in_s` seconds from now if it goes on so, and at least 0.
+    #[must_use]
+    pub(crate) fn after(self, in_s: f64) -> Self {
+        Self { distance_m: (self.distance_m + self.rate_m_s * in_s).max(0.0), ..self }
+    }
 }
 
 /// A standoff distance and its rate.

@@ -190,16 +190,14 @@ impl Settling<'_> {
 
     /// Founds one more group: of unassigned targets, or else by splitting the most scattered one. `false`: of nothing.
     pub(super) fn found_another(&mut self) -> bool {
-        let together = self.watched_together(Known::is_unassigned);
-        // Where nobody is slow enough, whoever there is.
-        let first = || self.known().iter().position(Known::is_unassigned).into_iter().collect();
-        let founders: Vec<usize> = if together.is_empty() { first() } else { together };
-        if founders.is_empty() {
+        let Some(first) = self.known().iter().position(Known::is_unassigned) else {
             // Where everybody is held, there are as many groups as can have two UAVs each.
             let live = self.known().iter().filter(|known| !known.track.is_lost()).count();
             return self.groups() < group_count(self.team.len(), live) && self.split();
-        }
-        self.found(&founders);
+        };
+        let together = self.watched_together(Known::is_unassigned);
+        // Where nobody is slow enough, whoever there is.
+        self.found(if together.is_empty() { core::slice::from_ref(&first) } else { &together });
         true
     }
 
