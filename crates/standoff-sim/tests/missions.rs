@@ -262,6 +262,27 @@ fn three_uavs_share_an_orbit_evenly() {
     assert!(mean(errors_deg.into_iter()) < 3.5);
 }
 
+/// The same about a car that speeds up, slows down and turns all the time, by what scenarios fly that say nothing: three
+/// to six stay evenly around an orbit that moves, on it, and apart.
+#[test]
+fn three_and_more_stay_even_about_a_car_on_the_move() {
+    for uavs in 3u32..=6 {
+        for seed in 1..=6 {
+            let count = format!("uavs.count={uavs}");
+            let car = ["targets.acceleration_sd_m_s2=0.15", "filter.acceleration_sd_m_s2=0.15"];
+            let scenario = load("best/table-2-pair", &["targets.scatter.count=1", car[0], car[1], &count], seed);
+            let settled: Vec<_> = frames(&scenario).into_iter().filter(|frame| frame.time_us > 45_000_000).collect();
+            let metrics = score(&scenario, &settled);
+            assert!(metrics.phase_error_deg.unwrap() < 10.0, "{uavs} UAVs, seed {seed}: {metrics:?}");
+            assert!(metrics.standoff_error_m.unwrap() < 13.0, "{uavs} UAVs, seed {seed}: {metrics:?}");
+            // The chord between neighbours on the smallest orbit.
+            let chord_m = 500.0 * (std::f64::consts::PI / f64::from(uavs)).sin();
+            let closest_m = metrics.separation_min_group_m.unwrap();
+            assert!(closest_m > 0.75 * chord_m, "{uavs} UAVs, seed {seed}: {closest_m} of {chord_m} m");
+        }
+    }
+}
+
 /// The mirror image of a mission is not the same mission (the targets are not mirrored), but neither sense is favoured.
 #[test]
 fn clockwise_is_as_good_as_anticlockwise() {

@@ -531,6 +531,7 @@ fn traffic_that_is_no_mission_is_refused_by_its_name() {
 #[test]
 fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
     let improved = [
+        "filter.lost_in_view_s",
         "about",
         "orbit.margin",
         "orbit.margin_sds",

@@ -19,6 +19,12 @@ fn two_groups(id: u32, now: Time) -> Option<(Position, Velocity)> {
     Some((Position::from_m(x_m, y_m) + velocity * now.s(), velocity))
 }
 
+/// A cue to a target at rest.
+fn cue(id: u32, time: Time, (x_m, y_m): (f64, f64), position_sd_m: f64) -> Message {
+    let (label, position, velocity) = (TargetLabel(id), Position::from_m(x_m, y_m), Velocity::ZERO);
+    Message::Cue(Cue { label, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
+}
+
 fn kinds(events: &[Event]) -> Vec<&'static str> {
     events.iter().map(|event| event.kind.name()).filter(|kind| *kind != "cued" && *kind != "acquired").collect()
 }
@@ -94,16 +100,43 @@ fn the_margin_is_so_many_standard_deviations_along_the_line_to_the_furthest() {
     params.group.margin = Margin::StandardDeviations(2.0);
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = Team::new(1, 0).states[0];
-    let cue = |id, position, position_sd_m| {
-        let (label, time, velocity) = (TargetLabel(id), Time::START, Velocity::ZERO);
-        Message::Cue(Cue { label, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
-    };
-    let cues = [cue(0, Position::from_m(0.0, 0.0), 16.0), cue(1, Position::from_m(120.0, 90.0), 12.0)];
+    let cues = [cue(0, Time::START, (0.0, 0.0), 16.0), cue(1, Time::START, (120.0, 90.0), 12.0)];
     step(&mut agent, Time::START, &own, Scan::default(), &cues);
     let group = &agent.picture().groups[0];
     // Half of the root of 16^2 + 12^2 m, twice.
     assert!((group.margin_m - 20.0).abs() < 1e-9, "{}", group.margin_m);
     assert!((group.standoff.unclamped_m - 2.0 * (75.0 + 20.0)).abs() < 1e-9, "{:?}", group.standoff);
+}
+
+/// Two that part at 4 m/s, so that r_d grows by 4 m/s: where the orbit takes its time, what is steered for is what is
+/// flown k_rd = 0.2 r_d / V seconds later, to a metre; it is some 7 m more than what is flown now.
+#[test]
+fn what_is_steered_for_is_what_a_moving_orbit_has_got_to_by_then() {
+    let parting = |id: u32, now: Time| {
+        let way = if id == 0 { 1.0 } else { -1.0 };
+        Some((Position::from_m(way * (130.0 + 2.0 * now.s()), 0.0), Velocity::from_m_s(way * 2.0, 0.0)))
+    };
+    let mut params = TeamParams::table_1();
+    params.group.centre = CentreEstimate::SmallestCircle;
+    params.group.margin = Margin::StandardDeviations(0.0);
+    params.group.motion = MotionParams { response_s: 1.5, ..params.group.motion };
+    (params.guidance.lead, params.guidance.radial_gain) = (Lead::Predicted, 0.2);
+    let mut team = Team::new(1, 2).with_motion(parting);
+    team.agents = vec![Agent::new(UavId(0), params).unwrap()];
+    let mut orbits = Vec::new();
+    for tick in 0..120 {
+        team.tick(tick);
+        let group = &team.agents[0].picture().groups[0];
+        orbits.push((f64::from(tick as u32) * 0.5, group.standoff.distance_m, group.smoothed.radius_m));
+    }
+    for (t_s, flown_m, steered_m) in orbits[60..80].iter().copied() {
+        let lead_s = params.guidance.lead_s(flown_m, params.uav.speed_m_s);
+        let after = ((t_s + lead_s) / 0.5) as usize;
+        let part = (t_s + lead_s) / 0.5 - after as f64;
+        let then_m = orbits[after].1 * (1.0 - part) + orbits[after + 1].1 * part;
+        assert!((steered_m - then_m).abs() < 1.0, "{t_s} s: {flown_m} {steered_m} {then_m}");
+        assert!(steered_m > flown_m + 5.0, "{t_s} s: {flown_m} {steered_m}");
+    }
 }
 
 /// Two straight ahead, and one on its way into their group so far to the left that with it the extent is 74 degrees: a
@@ -118,21 +151,16 @@ fn who_is_in_the_group_stays_in_view_until_there_is_room_for_who_is_on_the_way()
         let mut agent = Agent::new(UavId(0), params).unwrap();
         let position = Position::from_m(-300.0, 0.0);
         let own = UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
-        let cue = |id, time, x_m, y_m| {
-            let (position, velocity) = (Position::from_m(x_m, y_m), Velocity::ZERO);
-            Message::Cue(Cue {
-                label: TargetLabel(id),
-                time,
-                position,
-                velocity,
-                position_sd_m: 5.0,
-                velocity_sd_m_s: 1.0,
-            })
-        };
         let start = Time::START;
-        step(&mut agent, start, &own, Scan::default(), &[cue(0, start, 0.0, 20.0), cue(1, start, 0.0, -20.0)]);
+        step(
+            &mut agent,
+            start,
+            &own,
+            Scan::default(),
+            &[cue(0, start, (0.0, 20.0), 5.0), cue(1, start, (0.0, -20.0), 5.0)],
+        );
         let next = Time::from_us(500_000);
-        let step = step(&mut agent, next, &own, Scan::default(), &[cue(2, next, -200.0, 280.0)]);
+        let step = step(&mut agent, next, &own, Scan::default(), &[cue(2, next, (-200.0, 280.0), 5.0)]);
         let known = agent.picture().find(TrackId(2)).unwrap();
         assert!(known.membership.group().is_none() && known.membership.receiving_group().is_some(), "{known:?}");
         step.look_at.unwrap().boresight(own.position, Duration::ZERO).rad().to_degrees()
@@ -141,6 +169,28 @@ fn who_is_in_the_group_stays_in_view_until_there_is_room_for_who_is_on_the_way()
     // Half of what the two bearings add up to.
     let middle_deg = 0.5 * (math::atan2(280.0, 100.0) + math::atan2(-20.0, 300.0)).to_degrees();
     assert!((looks_deg(90.0) - middle_deg).abs() < 1e-9, "{} {middle_deg}", looks_deg(90.0));
+}
+
+/// So near that three members are 126 degrees apart, a sensor of 70 degrees looks at the two to the right, at 56 and 63
+/// degrees, and not between all three.
+#[test]
+fn where_not_all_fit_in_a_sensor_looks_at_the_most() {
+    let mut params = TeamParams::table_1();
+    params.group.aim = Aim::Middle;
+    let mut agent = Agent::new(UavId(0), params).unwrap();
+    let own = UavState {
+        position: Position::from_m(-100.0, 0.0),
+        heading: Angle::ZERO,
+        speed_m_s: 40.0,
+        turn_rate_rad_s: 0.0,
+    };
+    let start = Time::START;
+    let cues =
+        [cue(0, start, (0.0, 200.0), 5.0), cue(1, start, (20.0, -180.0), 5.0), cue(2, start, (0.0, -200.0), 5.0)];
+    let step = step(&mut agent, start, &own, Scan::default(), &cues);
+    let looks_deg = step.look_at.unwrap().boresight(own.position, Duration::ZERO).rad().to_degrees();
+    let middle_deg = -0.5 * (math::atan2(200.0, 100.0) + math::atan2(180.0, 120.0)).to_degrees();
+    assert!((looks_deg - middle_deg).abs() < 1e-9, "{looks_deg} {middle_deg}");
 }
 
 /// The groups fly at altitudes of their own.

@@ -1,6 +1,7 @@
 //! How a target passes from one group to another.
 
 use crate::coordination::event::{CompletionReason, Event, EventKind, WithdrawalReason};
+use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::handoff::{Handoff, dwell_s};
 use crate::coordination::memberships::Membership;
@@ -112,11 +113,22 @@ impl Settling<'_> {
     }
 
     /// Every UAV of the group sees it, and there is one; and where the orbit takes its time, it has made room for it: the
-    /// target is where the orbit as it is flown keeps targets in view.
+    /// target is where the orbit as it is flown keeps targets in view, and no UAV has still to turn towards it.
     pub(super) fn is_held_by(&self, place: usize, group: GroupId) -> bool {
         let mut views = self.views(place, group);
         let is_seen = views.next().is_some_and(|first| first && views.all(|seen| seen));
-        is_seen && (self.params.group.motion.is_at_once() || self.is_inside(place, group))
+        is_seen && (self.params.group.motion.is_at_once() || (self.is_inside(place, group) && self.is_near(group)))
+    }
+
+    /// Each UAV of a group stays within sensing range of its centre even if it turns away first, by a circle's width.
+    fn is_near(&self, group: GroupId) -> bool {
+        let uav = &self.params.uav;
+        let near_m = self.params.track.sensor.sensing_range_m - 2.0 * uav.speed_m_s / uav.turn_rate_max_rad_s;
+        let centre = |group: &Group| group.centre.estimate().state.position();
+        self.last(group).map(centre).is_none_or(|centre| {
+            let mut crew = self.team.iter().filter(|mate| mate.group == Some(group));
+            crew.all(|mate| mate.state.position.distance_m(centre) <= near_m)
+        })
     }
 
     /// From the group's orbit as it was flown last, a target is within the field of view wherever on it a UAV is.

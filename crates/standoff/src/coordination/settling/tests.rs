@@ -317,6 +317,13 @@ fn a_dwell_ends_early_where_an_orbit_cannot_hold_both() {
     passing.place(2, 700.0);
     let events = passing.settle();
     assert_eq!(events[0].kind, EventKind::HandoffCompleted(CompletionReason::PassingCannotHold), "{events:?}");
+    // Where orbits take their time, only if the other one's UAVs see it by now; else it is let go.
+    let mut unseen = handed_over();
+    unseen.params.group.motion.response_s = 1.5;
+    unseen.team.iter_mut().for_each(|mate| mate.boresight = None);
+    unseen.place(2, 700.0);
+    let events = unseen.settle();
+    assert!(matches!(events[0].kind, EventKind::Discarded { .. }), "{events:?}");
     let mut receiving = handed_over();
     receiving.place(4, 1300.0);
     let events = receiving.settle();
@@ -543,6 +550,30 @@ fn a_group_that_others_hold_is_wound_up() {
     assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (2, vec![9])]);
 }
 
+/// Of two groups that could hold each other's target, that ends which is nearer to whoever is unwatched: its UAV has less
+/// far to fly. So it is where one is wound up, and where the review merges two.
+#[test]
+fn the_group_that_is_nearest_to_who_is_unwatched_makes_way() {
+    let first = |apart_m: f64, unwatched_m: f64| {
+        let mut world = by_need(2, &[0.0, apart_m], &[0, 1]);
+        world.params.group.centre = CentreEstimate::SmallestCircle;
+        world.appear(9, unwatched_m);
+        world.settle()[0]
+    };
+    let passes = |unwatched_m| {
+        let event = first(590.0, unwatched_m);
+        (event.kind.name(), event.group)
+    };
+    assert_eq!(passes(9000.0), ("handoff-requested", Some(GroupId(1))));
+    assert_eq!(passes(-9000.0), ("handoff-requested", Some(GroupId(0))));
+    let ends = |unwatched_m| {
+        let event = first(600.0, unwatched_m);
+        (event.kind.name(), event.group)
+    };
+    assert_eq!(ends(9000.0), ("group-dissolved", Some(GroupId(1))));
+    assert_eq!(ends(-9000.0), ("group-dissolved", Some(GroupId(0))));
+}
+
 /// Where nobody is unwatched, a UAV to each group stays where it is: nothing is flown for a pair alone.
 #[test]
 fn no_group_is_wound_up_for_nobody() {
@@ -577,17 +608,34 @@ fn clustering_has_no_say_in_a_winding_up() {
 }
 
 /// About a group's orbit of 250 m a sensor that sees all round holds whoever is within 250 m of its centre: further out
-/// a target that is seen is no member yet.
+/// a target that is seen is no member yet. Nor is it while its UAV, 400 m from the centre, might get out of the sensor's
+/// range by flying on and turning, 267 m further.
 #[test]
 fn a_target_is_held_where_the_orbit_as_flown_holds_it() {
-    let member = |x_m: f64| {
+    let member = |x_m: f64, sensing_range_m: f64| {
         let mut world = by_need(1, &[0.0], &[0]);
         world.params.group.motion.response_s = 1.5;
+        world.params.track.sensor.sensing_range_m = sensing_range_m;
         world.appear(1, x_m);
         assert_eq!(world.kinds(), ["joined"]);
         world.memberships.known()[1].group()
     };
-    assert_eq!((member(249.0), member(251.0)), (Some(GroupId(0)), None));
+    assert_eq!((member(249.0, 1e5), member(251.0, 1e5)), (Some(GroupId(0)), None));
+    assert_eq!((member(0.0, 670.0), member(0.0, 660.0)), (Some(GroupId(0)), None));
+}
+
+/// Two whom an orbit held a moment ago: from 700 m apart on it does no longer, however near one of them still is to where
+/// its centre was.
+#[test]
+fn a_group_that_fitted_is_judged_again() {
+    let kinds = |apart_m: f64| {
+        let mut world = by_need(1, &[0.0, 200.0], &[0, 0]);
+        world.params.group.centre = CentreEstimate::SmallestCircle;
+        world.previous = vec![world.first_group()];
+        world.place(1, apart_m);
+        world.kinds()
+    };
+    assert_eq!((kinds(699.0), kinds(701.0)), (vec![], vec!["discarded"]));
 }
 
 /// A circle that needs an orbit of 660 m has no room to spare, 0.9 of 700 m; but whoever is inside widens nothing.
