@@ -276,7 +276,7 @@ fn three_and_more_stay_even_about_a_car_on_the_move() {
             assert!(metrics.phase_error_deg.unwrap() < 10.0, "{uavs} UAVs, seed {seed}: {metrics:?}");
             assert!(metrics.standoff_error_m.unwrap() < 13.0, "{uavs} UAVs, seed {seed}: {metrics:?}");
             // The chord between neighbours on the smallest orbit.
-            let chord_m = 500.0 * (std::f64::consts::PI / f64::from(uavs)).sin();
+            let chord_m = 500.0 * standoff::math::sin(std::f64::consts::PI / f64::from(uavs));
             let closest_m = metrics.separation_min_group_m.unwrap();
             assert!(closest_m > 0.75 * chord_m, "{uavs} UAVs, seed {seed}: {closest_m} of {chord_m} m");
         }
