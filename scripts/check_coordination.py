@@ -309,17 +309,21 @@ class Instant:
             together = len(self.gather(soon if others else own + soon))
             gain = together if others else together - len(members)
             if gain >= (1 if others else max(2, len(members) / 2)):
-                found[group] = gain, together, others[:1]
+                away = self.away_from_unwatched(self.need(members).centre) if self.by_need else 0.0
+                found[group] = gain, together, others[:1], away
         if found:
-            group = max(found, key=lambda group: (found[group][0], -group))
+            group = max(found, key=lambda group: (found[group][0], -found[group][3], -group))
             members, (_, together, others) = self.members(group), found[group]
             centre = self.need(members).centre
             self.dissolve(group, together, *others)
             self.found(self.gather([target for target in self.outside() if self.is_soon_seen(target, centre=centre)]))
 
     def wind_up_one(self):
-        """With `count = "needed"`, the smallest group that others could hold passes its members to them, and ends."""
-        for group in sorted(self.groups(), key=lambda group: (len(self.members(group)), -group)):
+        """With `count = "needed"`, of the groups that others could hold that which is nearest to somebody unwatched passes
+        its members to them, and ends."""
+        last = self.record.groups[self.before]
+        away = {group: self.away_from_unwatched(last[group].position) if group in last else np.inf for group in self.groups()}
+        for group in sorted(self.groups(), key=lambda group: (away[group], -group)):
             receivers = self.who_could_hold_each(group)
             if receivers is None:
                 continue
@@ -335,6 +339,9 @@ class Instant:
                     self.tell("regrouped", target, group, to)
             return True
         return False
+
+    def away_from_unwatched(self, place):
+        return min((np.hypot(*(self.position(target) - place)) for target in self.outside()), default=np.inf)
 
     def who_could_hold_each(self, group):
         """The other group that needs least with it, of each target that has to go, all together; None: not all of them."""
@@ -488,14 +495,18 @@ class Instant:
         return barred == group and self.time < until
 
     def is_held(self, target, group):
-        """All of the group's UAVs see it; and where orbits move, it is where that keeps targets in view from all around."""
+        """All of the group's UAVs see it; and where orbits move, it is where that keeps targets in view from all around, and
+        none of the UAVs can get out of sensing range of the centre by turning away first."""
         views = self.views(target, group)
         last = self.record.groups[self.before].get(group) if self.before is not None else None
         half_view = np.radians(self.scenario["sensor"]["field_of_view_deg"]) / 2
-        inside = (self.orbit["response_s"] == 0 or last is None
-                  or np.hypot(*(self.position(target) - last.position))
-                  <= last.standoff_distance_m * np.sin(min(half_view, np.pi / 2)))
-        return bool(views) and all(views) and bool(inside)
+        uavs = self.scenario["uavs"]
+        near = self.scenario["sensor"]["sensing_range_m"] - 2 * uavs["speed_m_s"] / uavs["turn_rate_max_rad_s"]
+        holds = (self.orbit["response_s"] == 0 or last is None
+                 or np.hypot(*(self.position(target) - last.position))
+                 <= last.standoff_distance_m * np.sin(min(half_view, np.pi / 2))
+                 and all(np.hypot(*(uav.position - last.position)) <= near for uav in self.crew.get(group, [])))
+        return bool(views) and all(views) and bool(holds)
 
     def views(self, target, group):
         """Of each UAV of a group, whether it has the target in view, with one standard deviation to spare."""
@@ -548,14 +559,16 @@ class Instant:
             self.let_go(group, fastest, self.speed(fastest))
 
     def let_go(self, group, furthest, number):
-        """A target being received goes first if it widens the orbit; one being passed on is passed at once."""
+        """A target being received goes first if it widens the orbit; one being passed on is passed at once, where orbits move
+        if the other group holds it."""
         members = self.members(group)
         needed, incoming = self.need(members).unclamped, [target for target in members if self.places[target][2] == group]
         widening = [target for target in incoming
                     if self.need([other for other in members if other != target]).unclamped < needed]
         if widening or furthest in incoming:
             self.withdraw([*widening, furthest][0])
-        elif self.places[furthest][2] is not None:
+        elif self.places[furthest][2] is not None and (
+                self.orbit["response_s"] == 0 or self.is_held(furthest, self.places[furthest][2])):
             self.complete(furthest)
         else:
             self.places[furthest] = DISCARDED

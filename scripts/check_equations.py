@@ -246,14 +246,28 @@ def in_view(sensor, uav, target):
     return off <= np.radians(sensor["field_of_view_deg"]) / 2 and distance <= sensor["sensing_range_m"]
 
 
+def most_at_once(rows, bearings, widest):
+    """The most that fit into a field of view, of as many those known worst, and the direction of its middle."""
+    best = (0, 0.0), {}, 0.0
+    if widest < np.pi:
+        for right in rows:
+            fit = {target: row for target, row in rows.items() if (bearings[target] - bearings[right]) % (2 * np.pi) <= widest}
+            worth = len(fit), sum(np.linalg.eigvalsh(row.p_position)[-1] for row in fit.values())
+            best = max(best, (worth, fit, bearings[right] + widest / 2), key=lambda one: one[0])
+    return best[1:]
+
+
 def aim_at_middle(record, time, uav, centre):
     """Where `orbit.aim = "middle"` looks a period later: the middle of the angle that a group's members span, or those
-    that are its duty, carried on as it moves now. None: they have none, and the centre is aimed at."""
+    that are its duty, or the most of these that fit in, carried on as it moves now. None: they have none, and the centre
+    is aimed at."""
     members, duty = record.members(time, uav.group), record.duty(time, uav.group)
     own = {target: row for target, row in members.items() if target in duty}
-    towards = direction(centre.position - uav.position)
-    for rows, widest in [(members, np.radians(record.scenario["sensor"]["field_of_view_deg"])), (own, np.pi)]:
-        off = {target: wrap(direction(row.position - uav.position) - towards) for target, row in rows.items()}
+    widest = np.radians(record.scenario["sensor"]["field_of_view_deg"])
+    bearings = {target: direction(row.position - uav.position) for target, row in members.items()}
+    centred = direction(centre.position - uav.position)
+    for rows, towards in [(members, centred), (own, centred), most_at_once(own, bearings, widest)]:
+        off = {target: wrap(bearings[target] - towards) for target in rows}
         if not off or max(map(abs, off.values())) >= np.pi / 2 or max(off.values()) - min(off.values()) > widest:
             continue
         right, left = rows[min(off, key=off.get)], rows[max(off, key=off.get)]
