@@ -246,15 +246,19 @@ def in_view(sensor, uav, target):
     return off <= np.radians(sensor["field_of_view_deg"]) / 2 and distance <= sensor["sensing_range_m"]
 
 
-def most_at_once(rows, bearings, widest):
-    """The most that fit into a field of view, of as many those known worst, and the direction of its middle."""
-    best = (0, 0.0), {}, 0.0
-    if widest < np.pi:
-        for right in rows:
-            fit = {target: row for target, row in rows.items() if (bearings[target] - bearings[right]) % (2 * np.pi) <= widest}
-            worth = len(fit), sum(np.linalg.eigvalsh(row.p_position)[-1] for row in fit.values())
-            best = max(best, (worth, fit, bearings[right] + widest / 2), key=lambda one: one[0])
-    return best[1:]
+def most_at_once(rows, bearings, away, widest):
+    """The most that fit into a field of view, of as many those known worst, of those known alike the nearest; and the
+    direction of its middle."""
+    fitting = {right: {target: row for target, row in rows.items()
+                       if (bearings[target] - bearings[right]) % (2 * np.pi) <= widest} for right in rows}
+    if not rows or widest >= np.pi:
+        return {}, 0.0
+    most = max(map(len, fitting.values()))
+    fitting = {right: fit for right, fit in fitting.items() if len(fit) == most}
+    known = {right: sum(np.linalg.eigvalsh(row.p_position)[-1] for row in fit.values()) for right, fit in fitting.items()}
+    alike = [right for right in fitting if known[right] >= max(known.values()) * (1 - 1e-9)]
+    right = min(alike, key=lambda one: sum(away[target] ** 2 for target in fitting[one]))
+    return fitting[right], bearings[right] + widest / 2
 
 
 def aim_at_middle(record, time, uav, centre):
@@ -265,8 +269,9 @@ def aim_at_middle(record, time, uav, centre):
     own = {target: row for target, row in members.items() if target in duty}
     widest = np.radians(record.scenario["sensor"]["field_of_view_deg"])
     bearings = {target: direction(row.position - uav.position) for target, row in members.items()}
+    away = {target: np.hypot(*(row.position - uav.position)) for target, row in members.items()}
     centred = direction(centre.position - uav.position)
-    for rows, towards in [(members, centred), (own, centred), most_at_once(own, bearings, widest)]:
+    for rows, towards in [(members, centred), (own, centred), most_at_once(own, bearings, away, widest)]:
         off = {target: wrap(bearings[target] - towards) for target in rows}
         if not off or max(map(abs, off.values())) >= np.pi / 2 or max(off.values()) - min(off.values()) > widest:
             continue

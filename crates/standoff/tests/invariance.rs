@@ -94,12 +94,16 @@ prop_compose! {
         aim in prop_oneof![Just(Aim::Centre), Just(Aim::Middle)],
         discard in prop_oneof![Just(Discard::Furthest), Just(Discard::Widening)],
         sense in prop_oneof![Just(Sense::Anticlockwise), Just(Sense::Clockwise)],
+        moves in any::<bool>(),
+        count in prop_oneof![Just(GroupCount::Half), Just(GroupCount::Needed)],
     ) -> Start {
         let mut draw = Draw(seed);
         let mut team = TeamParams::table_1();
         (team.guidance.feedforward, team.guidance.lead, team.guidance.sense) = (feedforward, lead, sense);
         (team.guidance.speed_reference, team.group.centre) = (speed_reference, centre);
-        (team.group.aim, team.group.discard) = (aim, discard);
+        (team.group.aim, team.group.discard, team.group.count) = (aim, discard, count);
+        // A filtered centre has no motion besides.
+        team.group.motion.response_s = if moves && centre != CentreEstimate::Filtered { 1.5 } else { 0.0 };
         let vehicles = (0..vehicles).map(|_| Vehicle {
             position: Position::from_m(field_m * draw.next(), field_m * draw.next()),
             velocity: Velocity::from_m_s(speed_m_s * draw.next(), speed_m_s * draw.next()),

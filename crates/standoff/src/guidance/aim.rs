@@ -64,8 +64,8 @@ pub(crate) fn middle(
 }
 
 /// The middle of the most targets that fit into a field of view at once, seen from a UAV; of as many, of those known
-/// worst, so that who is left out now is looked at next. Each target comes with the variance of its position, m2. `None`
-/// for a field of view of half a turn or more, and for no targets.
+/// worst, so that who is left out now is looked at next; of those known alike, of the nearest. Each target comes with the
+/// variance of its position, m2. `None` for a field of view of half a turn or more, and for no targets.
 ///
 /// One of those that fit is at the right edge: each target is tried there.
 pub(crate) fn middle_of_most(
@@ -87,11 +87,19 @@ pub(crate) fn middle_of_most(
             right_rel_uav.perp(&target_rel_uav) >= 0.0 && target_rel_uav.perp(&left_edge) >= 0.0
         })
     };
-    let mut best: Option<(usize, f64, TargetState)> = None;
+    let mut best: Option<(usize, f64, f64, TargetState)> = None;
     for (right, _) in targets.clone() {
-        let (number, sum_m2) = that_fit(right).fold((0, 0.0), |(number, sum_m2), (_, m2)| (number + 1, sum_m2 + m2));
-        if best.is_none_or(|(most, most_m2, _)| number > most || (number == most && sum_m2 > most_m2)) {
-            best = Some((number, sum_m2, right));
+        let (number, sum_m2, away_m2) =
+            that_fit(right).fold((0, 0.0, 0.0), |(number, sum_m2, away_m2), (target, m2)| {
+                (number + 1, sum_m2 + m2, away_m2 + target_rel_uav(&target).norm_squared())
+            });
+        let is_better = best.is_none_or(|(most, most_m2, nearest_m2, _)| {
+            // Known as badly but for rounding, which must not decide.
+            let is_as_bad = (sum_m2 - most_m2).abs() <= 1e-9 * most_m2;
+            number > most || (number == most && if is_as_bad { away_m2 < nearest_m2 } else { sum_m2 > most_m2 })
+        });
+        if is_better {
+            best = Some((number, sum_m2, away_m2, right));
         }
     }
     let (.., right) = best?;
@@ -162,6 +170,16 @@ mod tests {
         assert!(near(look_deg(&[(-50.0, 9.0), (-20.0, 1.0), (10.0, 1.0), (45.0, 16.0)]), 12.5));
         assert!(near(look_deg(&[(-50.0, 25.0), (-20.0, 1.0), (10.0, 1.0), (45.0, 16.0)]), -20.0));
         assert!(near(look_deg(&[(-50.0, 25.0), (-40.0, 1.0), (-30.0, 1.0), (45.0, 900.0)]), -40.0));
+        // Known alike: the nearer two, whatever the order.
+        let near_and_far = [(-60.0, 300.0), (-40.0, 300.0), (50.0, 250.0), (60.0, 250.0)]
+            .map(|(bearing_deg, distance_m)| (at_deg(distance_m, bearing_deg, (0.0, 0.0)), 4.0));
+        for targets in [near_and_far, {
+            let [a, b, c, d] = near_and_far;
+            [d, c, b, a]
+        }] {
+            let look = middle_of_most(&UAV, targets.into_iter(), 70f64.to_radians()).unwrap();
+            assert!(near(look.boresight(UAV.position, Duration::ZERO).rad().to_degrees(), 55.0));
+        }
         // Across the turn's end, and all around.
         assert!(near(look_deg(&[(170.0, 1.0), (-150.0, 1.0), (0.0, 400.0)]), -170.0));
         assert!(near(look_deg(&[(0.0, 1.0), (120.0, 9.0), (-120.0, 4.0)]), 120.0));
