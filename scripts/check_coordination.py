@@ -297,7 +297,7 @@ class Instant:
         if not is_due or not self.outside() or self.memory.winding_up is not None:
             return
         self.memory.next_review = self.time + period
-        if self.by_need and self.wind_up_one():
+        if self.by_need and (not self.is_worth_a_group(len(self.gather(self.outside()))) or self.wind_up_one()):
             return
         found = {}
         for group in self.groups():
@@ -308,7 +308,8 @@ class Instant:
                       and self.need(sorted({*self.members(other), *members})).has_room]
             together = len(self.gather(soon if others else own + soon))
             gain = together if others else together - len(members)
-            if gain >= (1 if others else max(2, len(members) / 2)):
+            if (gain >= (1 if others else max(2, len(members) / 2))
+                    and (not self.by_need or not others or self.is_worth_a_group(together))):
                 away = self.away_from_unwatched(self.need(members).centre) if self.by_need else 0.0
                 found[group] = gain, together, others[:1], away
         if found:
@@ -339,6 +340,10 @@ class Instant:
                     self.tell("regrouped", target, group, to)
             return True
         return False
+
+    def is_worth_a_group(self, together):
+        """Two unwatched that one orbit holds, or a tenth of all targets that are not lost."""
+        return together >= 2 or 10 * together >= len(self.places)
 
     def away_from_unwatched(self, place):
         return min((np.hypot(*(self.position(target) - place)) for target in self.outside()), default=np.inf)

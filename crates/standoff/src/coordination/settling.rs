@@ -9,7 +9,7 @@
 //! With [`GroupCount::Needed`] the objective is: as many targets in groups as UAVs can watch, one UAV to a group where it
 //! takes that; and of what watches the same, the most information, the sum of ln det (`assignment`), which two UAVs on
 //! one orbit have more of than one on each of two. So a group is founded at once for whoever is in none, even if a UAV
-//! leaves its partner; and while somebody is unwatched, a group is wound up whose members others hold with room to spare
+//! leaves its partner; and while some are unwatched, a group is wound up whose members others hold with room to spare
 //! (`winding_up`). Inertia: at most one group at a time ends, one review after the last; and a UAV's staying counts in
 //! the assignment (`assignment_inertia`).
 
@@ -90,7 +90,7 @@ impl Settling<'_> {
             // Nobody is there to watch: all stays as it is.
             return self.tell_of_emptied_groups();
         }
-        let live = self.known().iter().filter(|known| !known.track.is_lost()).count();
+        let live = self.live();
         let wanted = match self.params.group.count {
             GroupCount::Half => group_count(self.team.len(), live),
             GroupCount::Needed => self.team.len().min(live),
@@ -127,6 +127,11 @@ impl Settling<'_> {
                 self.memberships.set(place, Membership::Unassigned);
             }
         }
+    }
+
+    /// Number of targets that are not lost.
+    fn live(&self) -> usize {
+        self.known().iter().filter(|known| !known.track.is_lost()).count()
     }
 
     fn known(&self) -> &[Known] {

@@ -89,8 +89,8 @@ impl Settling<'_> {
     /// From time to time: a group ends if its UAVs could watch half as many targets again, and two more at least, by
     /// forming a group of its own targets and those unassigned; or any at all, if a neighbour's orbit can hold its own
     /// targets too. Only targets count that its UAVs can have within sensing range soon. Where groups are formed by need,
-    /// before all that, one that others can hold is wound up: its UAV watches others; and of groups with the same gain it is
-    /// the one that is nearest to somebody unwatched.
+    /// it must be worth it ([`Self::is_worth_a_group`]); before all that, one that others can hold is wound up: its UAV
+    /// watches others; and of groups with the same gain it is the one that is nearest to somebody unwatched.
     pub(super) fn review(&mut self, wanted: usize) {
         let period_s = self.params.group.review_period_s;
         if period_s <= 0.0 || self.now < self.agenda.next_review || self.agenda.winding_up.is_some() {
@@ -101,7 +101,9 @@ impl Settling<'_> {
             return;
         }
         self.agenda.next_review = self.now + Duration::from_s(period_s);
-        if self.params.group.count == GroupCount::Needed && self.wind_up_one() {
+        let by_need = self.params.group.count == GroupCount::Needed;
+        if by_need && (!self.is_worth_a_group(self.watched_together(Known::is_unassigned).len()) || self.wind_up_one())
+        {
             return;
         }
         let mut best: Option<(usize, f64, GroupId, Position, DissolutionReason)> = None;
@@ -115,17 +117,18 @@ impl Settling<'_> {
             });
             let together = together.len();
             let (gain, reason) = match into {
-                Some(into) => (together, DissolutionReason::Merged { into, together: together as u32 }),
+                Some(into) => {
+                    let is_worth_it = !by_need || self.is_worth_a_group(together);
+                    let reason = DissolutionReason::Merged { into, together: together as u32 };
+                    (if is_worth_it { together } else { 0 }, reason)
+                }
                 None => {
                     let gain = together.saturating_sub(members);
                     let is_worth_it = gain >= 2 && 2 * gain >= members;
                     (if is_worth_it { gain } else { 0 }, DissolutionReason::Outnumbered { together: together as u32 })
                 }
             };
-            let away_m2 = match self.params.group.count {
-                GroupCount::Half => f64::INFINITY,
-                GroupCount::Needed => self.away_from_unwatched_m2(from),
-            };
+            let away_m2 = if by_need { self.away_from_unwatched_m2(from) } else { f64::INFINITY };
             let (most, nearest_m2) = best.map_or((0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
             if gain > most || (gain > 0 && gain == most && away_m2 < nearest_m2) {
                 best = Some((gain, away_m2, id, from, reason));
@@ -138,6 +141,13 @@ impl Settling<'_> {
                 self.found(&together);
             }
         }
+    }
+
+    /// So many unwatched targets that one orbit holds are worth a UAV's way from a group that others can hold: two, or a
+    /// tenth of all. For one of many a UAV was on its way for as long as it then watched more: with 8 UAVs over 30 cars it
+    /// gained nothing and doubled the standoff error.
+    fn is_worth_a_group(&self, together: usize) -> bool {
+        together >= 2 || 10 * together >= self.live()
     }
 
     /// How far the nearest target is that is in no group, m2; infinite if there is none.
@@ -192,8 +202,7 @@ impl Settling<'_> {
     pub(super) fn found_another(&mut self) -> bool {
         let Some(first) = self.known().iter().position(Known::is_unassigned) else {
             // Where everybody is held, there are as many groups as can have two UAVs each.
-            let live = self.known().iter().filter(|known| !known.track.is_lost()).count();
-            return self.groups() < group_count(self.team.len(), live) && self.split();
+            return self.groups() < group_count(self.team.len(), self.live()) && self.split();
         };
         let together = self.watched_together(Known::is_unassigned);
         // Where nobody is slow enough, whoever there is.

@@ -574,6 +574,28 @@ fn the_group_that_is_nearest_to_who_is_unwatched_makes_way() {
     assert_eq!(ends(-9000.0), ("group-dissolved", Some(GroupId(0))));
 }
 
+/// One unwatched target of eleven is not worth a UAV's way, one of ten is; so are two that one orbit holds, and two apart
+/// are not. So it is where one group could be wound up, and where two could be merged.
+#[test]
+fn no_group_makes_way_for_one_of_many() {
+    let happens = |apart_m: f64, watched: usize, unwatched_m: &[f64]| {
+        let mut places: Vec<f64> = vec![0.0; watched - 1];
+        places.push(apart_m);
+        let mut groups = vec![0; watched - 1];
+        groups.push(1);
+        let mut world = by_need(2, &places, &groups);
+        world.params.group.centre = CentreEstimate::SmallestCircle;
+        (50..).zip(unwatched_m).for_each(|(id, x_m)| world.appear(id, *x_m));
+        world.kinds().first().copied()
+    };
+    for (apart_m, first) in [(590.0, "handoff-requested"), (600.0, "group-dissolved")] {
+        assert_eq!(happens(apart_m, 10, &[9000.0]), None);
+        assert_eq!(happens(apart_m, 9, &[9000.0]), Some(first));
+        assert_eq!(happens(apart_m, 19, &[9000.0, 9100.0]), Some(first));
+        assert_eq!(happens(apart_m, 19, &[9000.0, -9000.0]), None);
+    }
+}
+
 /// Where nobody is unwatched, a UAV to each group stays where it is: nothing is flown for a pair alone.
 #[test]
 fn no_group_is_wound_up_for_nobody() {
