@@ -501,12 +501,14 @@ class Instant:
 
     def is_held(self, target, group):
         """All of the group's UAVs see it; and where orbits move, it is where that keeps targets in view from all around, and
-        none of the UAVs can get out of sensing range of the centre by turning away first."""
+        none of the UAVs can get out of sensing range of the centre by turning away first, or they are near the orbit."""
         views = self.views(target, group)
         last = self.record.groups[self.before].get(group) if self.before is not None else None
         half_view = np.radians(self.scenario["sensor"]["field_of_view_deg"]) / 2
-        uavs = self.scenario["uavs"]
-        near = self.scenario["sensor"]["sensing_range_m"] - 2 * uavs["speed_m_s"] / uavs["turn_rate_max_rad_s"]
+        uavs, near = self.scenario["uavs"], 0.0
+        if last is not None:
+            turn = uavs["speed_m_s"] / uavs["turn_rate_max_rad_s"]
+            near = max(self.scenario["sensor"]["sensing_range_m"] - 2 * turn, last.standoff_distance_m + turn)
         holds = (self.orbit["response_s"] == 0 or last is None
                  or np.hypot(*(self.position(target) - last.position))
                  <= last.standoff_distance_m * np.sin(min(half_view, np.pi / 2))

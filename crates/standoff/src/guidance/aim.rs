@@ -9,7 +9,7 @@
 //! Q' = w L' + (1 - w) R' + w' (L - R)        w' = (r' l - r l') / (l + r)^2
 //! ```
 
-use nalgebra::{Matrix2, Rotation2};
+use nalgebra::Matrix2;
 
 use crate::frame::{Displacement, Position, Velocity};
 use crate::math;
@@ -77,8 +77,11 @@ pub(crate) fn middle_of_most(
         return None;
     }
     let target_rel_uav = |target: &TargetState| (target.position() - uav.position).vector();
-    let (sin, cos) = math::sin_cos(field_of_view_rad);
-    let to_left_edge = Matrix2::new(cos, -sin, sin, cos);
+    let turned_by = |angle_rad: f64| {
+        let (sin, cos) = math::sin_cos(angle_rad);
+        Matrix2::new(cos, -sin, sin, cos)
+    };
+    let to_left_edge = turned_by(field_of_view_rad);
     let that_fit = |right: TargetState| {
         let right_rel_uav = target_rel_uav(&right);
         let left_edge = to_left_edge * right_rel_uav;
@@ -103,7 +106,7 @@ pub(crate) fn middle_of_most(
         }
     }
     let (.., right) = best?;
-    let ahead = Rotation2::new(0.5 * field_of_view_rad) * target_rel_uav(&right);
+    let ahead = turned_by(0.5 * field_of_view_rad) * target_rel_uav(&right);
     let ahead = uav.position + Displacement::from_m(ahead.x, ahead.y);
     middle(uav, ahead, that_fit(right).map(|(target, _)| target), math::PI)
 }

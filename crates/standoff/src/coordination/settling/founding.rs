@@ -145,7 +145,7 @@ impl Settling<'_> {
 
     /// So many unwatched targets that one orbit holds are worth a UAV's way from a group that others can hold: two, or a
     /// tenth of all. For one of many a UAV was on its way for as long as it then watched more: with 8 UAVs over 30 cars it
-    /// gained nothing and doubled the standoff error.
+    /// gained nothing and added half to the standoff error.
     fn is_worth_a_group(&self, together: usize) -> bool {
         together >= 2 || 10 * together >= self.live()
     }

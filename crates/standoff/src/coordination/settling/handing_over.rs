@@ -1,7 +1,6 @@
 //! How a target passes from one group to another.
 
 use crate::coordination::event::{CompletionReason, Event, EventKind, WithdrawalReason};
-use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::handoff::{Handoff, dwell_s};
 use crate::coordination::memberships::Membership;
@@ -120,13 +119,15 @@ impl Settling<'_> {
         is_seen && (self.params.group.motion.is_at_once() || (self.is_inside(place, group) && self.is_near(group)))
     }
 
-    /// Each UAV of a group stays within sensing range of its centre even if it turns away first, by a circle's width.
+    /// Each UAV of a group is about as near as its orbit, or stays within sensing range of the centre even if it turns away
+    /// first, by a circle's width.
     fn is_near(&self, group: GroupId) -> bool {
-        let uav = &self.params.uav;
-        let near_m = self.params.track.sensor.sensing_range_m - 2.0 * uav.speed_m_s / uav.turn_rate_max_rad_s;
-        let centre = |group: &Group| group.centre.estimate().state.position();
-        self.last(group).map(centre).is_none_or(|centre| {
-            let mut crew = self.team.iter().filter(|mate| mate.group == Some(group));
+        let (uav, sensor) = (&self.params.uav, &self.params.track.sensor);
+        let turn_m = uav.speed_m_s / uav.turn_rate_max_rad_s;
+        self.last(group).is_none_or(|group| {
+            let near_m = (sensor.sensing_range_m - 2.0 * turn_m).max(group.standoff.distance_m + turn_m);
+            let centre = group.centre.estimate().state.position();
+            let mut crew = self.team.iter().filter(|mate| mate.group == Some(group.id));
             crew.all(|mate| mate.state.position.distance_m(centre) <= near_m)
         })
     }

@@ -631,19 +631,22 @@ fn clustering_has_no_say_in_a_winding_up() {
 
 /// About a group's orbit of 250 m a sensor that sees all round holds whoever is within 250 m of its centre: further out
 /// a target that is seen is no member yet. Nor is it while its UAV, 400 m from the centre, might get out of the sensor's
-/// range by flying on and turning, 267 m further.
+/// range by flying on and turning, 267 m further; unless it is near the orbit, to a turn's radius.
 #[test]
 fn a_target_is_held_where_the_orbit_as_flown_holds_it() {
-    let member = |x_m: f64, sensing_range_m: f64| {
+    let member = |x_m: f64, sensing_range_m: f64, away_m: f64| {
         let mut world = by_need(1, &[0.0], &[0]);
+        world.team[0].state.position = Position::from_m(0.0, -away_m);
         world.params.group.motion.response_s = 1.5;
         world.params.track.sensor.sensing_range_m = sensing_range_m;
         world.appear(1, x_m);
         assert_eq!(world.kinds(), ["joined"]);
         world.memberships.known()[1].group()
     };
-    assert_eq!((member(249.0, 1e5), member(251.0, 1e5)), (Some(GroupId(0)), None));
-    assert_eq!((member(0.0, 670.0), member(0.0, 660.0)), (Some(GroupId(0)), None));
+    let held = Some(GroupId(0));
+    assert_eq!((member(249.0, 1e5, 400.0), member(251.0, 1e5, 400.0)), (held, None));
+    assert_eq!((member(0.0, 670.0, 400.0), member(0.0, 660.0, 400.0)), (held, None));
+    assert_eq!((member(0.0, 450.0, 383.0), member(0.0, 450.0, 384.0)), (held, None));
 }
 
 /// Two whom an orbit held a moment ago: from 700 m apart on it does no longer, however near one of them still is to where
