@@ -43,6 +43,32 @@ pub trait Brain {
     fn report(&self, _beliefs: &mut Beliefs) {}
 }
 
+impl<B: Brain + ?Sized> Brain for Box<B> {
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        (**self).observe(now, uav, own, scan);
+    }
+
+    fn outbox(&self, uav: UavId) -> &[Message] {
+        (**self).outbox(uav)
+    }
+
+    fn hear(&mut self, uav: UavId, message: &Message) {
+        (**self).hear(uav, message);
+    }
+
+    fn decide(&mut self, uav: UavId) -> Step {
+        (**self).decide(uav)
+    }
+
+    fn reported(&self) -> Reported {
+        (**self).reported()
+    }
+
+    fn report(&self, beliefs: &mut Beliefs) {
+        (**self).report(beliefs);
+    }
+}
+
 /// The product as a brain; all parameters that are out of range are reported at once.
 pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain>, Vec<ParamError>> {
     Ok(match minds {

@@ -33,7 +33,7 @@ use crate::world::{Truth, World};
 /// assert_eq!(last_s, scenario.settings.duration.s());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Mission {
+pub struct Mission<B = Box<dyn Brain>> {
     settings: Settings,
     outages: Vec<Outage>,
     world: World,
@@ -41,13 +41,15 @@ pub struct Mission {
     uavs: Vec<Uav>,
     /// How they answer commands that are held for a period.
     response: Response,
-    brain: Box<dyn Brain>,
+    brain: B,
     /// The brain is not the product.
     is_foreign: bool,
     radio: Radio,
     /// Who has been cued, by target: their ids are places in a list.
     cued: Vec<bool>,
     tick: i64,
+    /// This instant has been observed, and not decided yet.
+    is_observed: bool,
     truth: Vec<Truth>,
     frame: Frame,
 }
@@ -114,9 +116,11 @@ impl Mission {
         let brain = brain::of_team(*minds, *team, scenario.uavs.len())?;
         Ok(Self { is_foreign: false, ..Self::with_brain(scenario, brain)? })
     }
+}
 
+impl<B: Brain> Mission<B> {
     /// The same, flown by a brain of your own.
-    pub fn with_brain(scenario: &Scenario, brain: Box<dyn Brain>) -> Result<Self, Vec<ParamError>> {
+    pub fn with_brain(scenario: &Scenario, brain: B) -> Result<Self, Vec<ParamError>> {
         let settings = scenario.settings.clone();
         let errors = settings.team.errors_over(settings.period);
         if !errors.is_empty() {
@@ -143,6 +147,7 @@ impl Mission {
             radio: Radio::default(),
             cued: Vec::new(),
             tick: 0,
+            is_observed: false,
             truth: Vec::new(),
             frame: Frame::default(),
             settings,
@@ -166,17 +171,43 @@ impl Mission {
 
     /// Plays one instant and moves on to the next; `None` when the mission is over.
     pub fn frame(&mut self) -> Option<&Frame> {
-        if self.tick > self.last_tick() {
+        self.observe();
+        self.decide()
+    }
+
+    /// The first half of an instant: sensors speak, the brain observes and hears. Until it is decided, it stays this one.
+    /// `false`: the mission is over.
+    pub fn observe(&mut self) -> bool {
+        let goes_on = self.tick <= self.last_tick();
+        if goes_on && !self.is_observed {
+            let now = self.now();
+            self.world.look(now, &mut self.truth);
+            self.scan(now);
+            self.say(now);
+            self.is_observed = true;
+        }
+        goes_on
+    }
+
+    /// The second half: the brain decides, and the world moves on to the next instant; `None` if nothing was observed.
+    pub fn decide(&mut self) -> Option<&Frame> {
+        if !std::mem::take(&mut self.is_observed) {
             return None;
         }
-        let now = Time::from_us(self.tick * self.settings.period.us());
-        self.world.look(now, &mut self.truth);
-        self.scan(now);
-        self.say(now);
-        self.decide(now);
+        self.command(self.now());
         self.world.step();
         self.tick += 1;
         Some(&self.frame)
+    }
+
+    /// The brain, between both halves of an instant: to ask it, or to tell it what nobody says on the radio.
+    pub fn brain(&mut self) -> &mut B {
+        &mut self.brain
+    }
+
+    /// The instant that is played next, or is observed.
+    pub fn now(&self) -> Time {
+        Time::from_us(self.tick * self.settings.period.us())
     }
 
     /// The first instant is tick 0; then one per whole period.
@@ -238,7 +269,7 @@ impl Mission {
     }
 
     /// Every UAV decides, and flies its command until the next instant.
-    fn decide(&mut self, now: Time) {
+    fn command(&mut self, now: Time) {
         let Self { frame, brain, uavs, settings, .. } = self;
         rows::begin(now, &self.truth, frame);
         for uav in uavs {
@@ -293,7 +324,7 @@ mod tests {
                             target.state = TargetState(target.state.0 * -3.0);
                         }
                     }
-                    mission.decide(now);
+                    mission.command(now);
                     frames.push(mission.frame.clone());
                     mission.world.step();
                     mission.tick += 1;
@@ -332,6 +363,21 @@ mod tests {
         assert_eq!(*heard.borrow(), [belief]);
         assert_eq!((row.x_m, row.y_m), (truth.position.x_m(), truth.position.y_m()));
         assert_eq!(mission.uavs[0].belief, mission.uavs[0].truth, "navigation is perfect");
+    }
+
+    /// Observed twice or once, an instant is the same, and it is decided once.
+    #[test]
+    fn an_instant_in_two_halves_is_that_in_one() {
+        let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 2).unwrap();
+        let [mut whole, mut halves] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
+        assert!(halves.decide().is_none());
+        while let Some(frame) = whole.frame() {
+            assert!(halves.observe() && halves.observe());
+            assert_eq!(halves.now().us(), frame.time_us);
+            assert_eq!(halves.decide(), Some(frame));
+            assert!(halves.decide().is_none());
+        }
+        assert!(!halves.observe());
     }
 
     #[test]

@@ -42,6 +42,14 @@ pub struct Edits {
     pub uavs: Option<u32>,
 }
 
+/// What a scenario is called that is flown over this traffic file, `city` of `some/where/city.fcd.xml.gz`, and where that is
+/// looked for.
+fn over(traffic: &Path) -> (String, Option<PathBuf>) {
+    let file = file_name(traffic);
+    let name = file.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned();
+    (name, Some(PathBuf::new()))
+}
+
 /// What a built-in scenario, or that of a file, is called.
 pub fn name_of(name_or_file: &str) -> String {
     let stem = Path::new(name_or_file).file_stem().filter(|_| built_in(name_or_file).is_none());
@@ -96,12 +104,17 @@ impl Typed {
             }
         };
         if let Some(traffic) = &edits.traffic {
-            // `city` of `some/where/city.fcd.xml.gz`.
-            let file = file_name(traffic);
-            name = file.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned();
-            files_from = Some(PathBuf::new());
+            (name, files_from) = over(traffic);
         }
         Self::new(name, &label, &text, 1, edits, files_from)
+    }
+
+    /// A scenario typed as TOML somewhere else than in a file, with its edits.
+    pub(super) fn typed(name: &str, toml: &str, edits: &Edits, folder: &Path) -> Result<Self, ScenarioError> {
+        let (called, files_from) =
+            edits.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), |traffic| over(traffic));
+        // Texts of the program's own are typed so, too.
+        Self::new(called, name, toml, SPELT_OUT, edits, files_from)
     }
 
     /// A scenario that is nothing but its text, in which the program may have spelt everything out.
