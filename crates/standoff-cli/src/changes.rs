@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use standoff_results::Failure;
 use standoff_sim::scenario::{Edits, Template, name_of};
 
-use crate::failure::Failure;
 use crate::folder;
 
 /// What is flown if nothing is named.

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use standoff_results::{Failure, of_batch, save, warn};
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{Template, built_in};
 use standoff_sim::text;
@@ -11,10 +12,9 @@ use standoff_view::batch::Batch;
 use standoff_view::page;
 
 use crate::changes::{Changes, key_and_value};
-use crate::failure::{Failure, print, warn};
-use crate::monte_carlo::{failure, maybe, name_width, number};
-use crate::outcome::Wanted;
-use crate::tell::save;
+use crate::monte_carlo::{maybe, name_width, number};
+use crate::speech::{note, print};
+use crate::wanted::Wanted;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -83,13 +83,13 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
         return Err(Failure::Input(what.to_owned()));
     }
     let (a, b) = (Path::new(&args.a), Path::new(b));
-    let comparison = compare_results(a, b).map_err(failure)?;
+    let comparison = compare_results(a, b).map_err(of_batch)?;
     if let Some(file) = &args.report {
         if file.extension().is_none_or(|extension| extension != "html") {
             let what = "--report: must be called *.html, so that nothing else is replaced";
             return Err(Failure::Input(format!("{}: {what}", text::path(file))));
         }
-        let page = page::batch_report(&Batch::open(&[a, b]).map_err(failure)?).map_err(Failure::running)?;
+        let page = page::batch_report(&Batch::open(&[a, b]).map_err(of_batch)?).map_err(Failure::running)?;
         save(file, &page)?;
     }
     Ok(comparison)
@@ -98,12 +98,12 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     let load = |name: &str, more: &[String]| {
         let template = Template::load(name, &args.changes.edits_and(more)?).map_err(Failure::Scenario)?;
-        warn(&template.draw(args.seed).map_err(Failure::Scenario)?, &format!("{name}: "));
+        warn(&template.draw(args.seed).map_err(Failure::Scenario)?, &format!("{name}: "), &note);
         Ok(template)
     };
     let (first, second) = (load(&args.a, &[])?, load(b, &args.set_b)?);
     let choice = args.wanted.choice;
-    let mut comparison = compare(&first, &second, args.seed, args.runs, choice, args.threads).map_err(failure)?;
+    let mut comparison = compare(&first, &second, args.seed, args.runs, choice, args.threads).map_err(of_batch)?;
     for change in &args.set_b {
         comparison.b += &format!(" {change}");
     }

@@ -3,9 +3,10 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, Command};
 use clap_complete::{Shell, generate};
+use standoff_results::Failure;
 use standoff_sim::scenario::BUILT_IN;
 
-use crate::failure::{Failure, print};
+use crate::speech::print;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

@@ -9,8 +9,7 @@ use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-
-use crate::failure::Failure;
+use standoff_results::Failure;
 
 /// How often is looked whether it has come.
 const GLANCE: Duration = Duration::from_millis(50);

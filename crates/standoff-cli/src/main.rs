@@ -3,7 +3,6 @@
 mod changes;
 mod compare;
 mod completions;
-mod failure;
 mod folder;
 mod interruption;
 mod maps;
@@ -11,13 +10,14 @@ mod maps;
 mod mcap;
 mod merge;
 mod monte_carlo;
-mod outcome;
 mod papers_law;
 mod reproduce;
 mod run;
 mod scenarios;
-mod tell;
+mod show;
+mod speech;
 mod view;
+mod wanted;
 mod watch;
 mod yardstick;
 
@@ -29,7 +29,7 @@ use changes::key_and_value;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use failure::Failure;
+use standoff_results::Failure;
 use standoff_sim::record::panic_is_expected;
 use standoff_sim::text;
 
@@ -66,7 +66,7 @@ enum Command {
         /// The folder of the run.
         dir: PathBuf,
         #[command(flatten)]
-        metrics: outcome::Wanted,
+        metrics: wanted::Wanted,
         #[command(flatten)]
         maps: maps::Maps,
         /// Print one JSON object instead of the table.
@@ -125,7 +125,7 @@ const ARGUMENT_MAX: usize = 4096;
 
 fn main() -> ExitCode {
     silence_expected_panics();
-    done().map_or_else(|failure| failure.told().into(), |()| ExitCode::SUCCESS)
+    done().map_or_else(|failure| speech::told(&failure).into(), |()| ExitCode::SUCCESS)
 }
 
 /// The library of Parquet panics on some damaged files. Such a panic is caught, and told as damage: nobody need hear of it.
@@ -178,7 +178,7 @@ fn done() -> Result<(), Failure> {
         Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Yardstick(args)) => yardstick::run(&args),
-        Some(Command::Show { dir, metrics, maps, json }) => tell::show(&dir, metrics.choice, &maps, json),
+        Some(Command::Show { dir, metrics, maps, json }) => show::show(&dir, metrics.choice, &maps.named(), json),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { schema: true, .. }) => scenarios::show_schema(),

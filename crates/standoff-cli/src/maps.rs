@@ -1,14 +1,8 @@
-//! What lies under the vehicles: the maps that are named on the command line, or by the scenario.
+//! Maps that are named on the command line.
 
 use std::path::PathBuf;
 
 use clap::Args;
-use standoff_map::{Bounds, MapError, Packed, Place, pack};
-use standoff_sim::record::Record;
-use standoff_sim::scenario::{MAPS_MAX, MapFile, Scenario, Targets};
-use standoff_view::serve::Bytes;
-
-use crate::failure::{Failure, note, of_record};
 
 /// Maps to look at, in the place of those that the scenario names.
 #[derive(Args, Clone, Default)]
@@ -20,77 +14,8 @@ pub(crate) struct Maps {
 }
 
 impl Maps {
-    /// None is named.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.map.is_empty()
+    /// As whoever shows them takes them.
+    pub(crate) fn named(&self) -> standoff_results::Maps {
+        standoff_results::Maps(self.map.clone())
     }
-
-    /// The map of a run of this scenario, packed as pages show it; `None` if there is none.
-    pub(crate) fn of_scenario(&self, scenario: &Scenario) -> Result<Option<Bytes>, Failure> {
-        let files = if self.is_empty() { scenario.map.clone() } else { self.files()? };
-        packed(&files, scenario.origin(), || Ok(bounds(scenario)))
-    }
-
-    /// The map of a run that has been flown: what the record keeps, if none is named.
-    pub(crate) fn of_record(&self, record: &Record) -> Result<Option<Bytes>, Failure> {
-        if self.is_empty() {
-            return Ok(standoff_map::of_record(record.dir())
-                .unwrap_or_else(|what| {
-                    note(&format!("warning: {what}; the page shows no map; --map FILE names another one"));
-                    None
-                })
-                .map(|packed| packed.gz.into()));
-        }
-        packed(&self.files()?, record.manifest().origin, || {
-            let mut bounds = None;
-            record.each_uav(|row| bounds = Bounds::around(bounds, [row.x_m, row.y_m])).map_err(of_record)?;
-            Ok(bounds)
-        })
-    }
-
-    fn files(&self) -> Result<Vec<MapFile>, Failure> {
-        if self.map.len() > MAPS_MAX {
-            return Err(Failure::Input(format!("--map is given {} times; at most {MAPS_MAX}", self.map.len())));
-        }
-        Ok(self.map.iter().cloned().map(MapFile::OnDisk).collect())
-    }
-}
-
-fn packed(
-    files: &[MapFile],
-    origin: Option<standoff_sim::traffic::Origin>,
-    bounds: impl FnOnce() -> Result<Option<Bounds>, Failure>,
-) -> Result<Option<Bytes>, Failure> {
-    if files.is_empty() {
-        return Ok(None);
-    }
-    let Some(bounds) = bounds()? else { return Ok(None) };
-    let Packed { gz, note: left_out } = pack(files, &Place { origin, bounds }).map_err(of_map)?;
-    left_out.iter().for_each(|what| note(&format!("note: {what}")));
-    Ok(Some(gz.into()))
-}
-
-/// A map that is not what it should be is wrong input.
-fn of_map(error: MapError) -> Failure {
-    if error.is_machine_s { Failure::running(error) } else { Failure::input(error) }
-}
-
-/// Where UAVs start and targets are.
-fn bounds(scenario: &Scenario) -> Option<Bounds> {
-    let mut bounds = None;
-    let mut add = |point| bounds = Bounds::around(bounds, point);
-    scenario.uavs.iter().for_each(|uav| add([uav.position.x_m(), uav.position.y_m()]));
-    match &scenario.targets {
-        Targets::Traffic(traffic) => traffic.places().for_each(add),
-        Targets::Random { start, .. } => {
-            let duration_s = scenario.settings.duration.s();
-            for state in start {
-                let (at, velocity) = (state.position(), state.velocity());
-                let by = |place_m: f64, speed_m_s: f64| place_m + speed_m_s * duration_s;
-                add([at.x_m(), at.y_m()]);
-                add([by(at.x_m(), velocity.x_m_s()), by(at.y_m(), velocity.y_m_s())]);
-            }
-        }
-    }
-    bounds
 }

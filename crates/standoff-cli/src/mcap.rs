@@ -2,12 +2,13 @@
 
 use std::path::{Path, absolute};
 
+use standoff_results::Failure;
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::text;
 use standoff_view::mcap::{McapError, Writer};
 
-use crate::failure::{Failure, note};
+use crate::speech::note;
 
 /// The file while it is written. If that fails, the mission flies on, and [`Mcap::close`] tells.
 pub(crate) struct Mcap {

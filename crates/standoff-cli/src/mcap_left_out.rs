@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
+use standoff_results::Failure;
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
-
-use crate::failure::Failure;
 
 /// There is none.
 pub(crate) enum Mcap {}

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use standoff_results::{Failure, of_batch};
 use standoff_sim::monte_carlo::merge;
 
-use crate::failure::Failure;
-use crate::monte_carlo::{Told, failure};
+use crate::monte_carlo::Told;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -31,6 +31,6 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let merged = merge(&args.dirs, &args.out).map_err(failure)?;
+    let merged = merge(&args.dirs, &args.out).map_err(of_batch)?;
     Told::of(&merged, args.json)?.put(&merged)
 }

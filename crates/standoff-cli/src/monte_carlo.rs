@@ -2,22 +2,20 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::slice;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
 use indicatif::ProgressBar;
+use standoff_results::{Failure, REPORT, count, of_batch, report, warn};
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::Template;
 use standoff_sim::text;
-use standoff_view::batch::Batch as Page;
-use standoff_view::page;
 
 use crate::changes::Changes;
-use crate::failure::{Failure, note, print, warn};
 use crate::interruption::Interruption;
-use crate::outcome::{Wanted, count};
 use crate::run::progress as bar;
+use crate::speech::{note, print};
+use crate::wanted::Wanted;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -63,9 +61,6 @@ pub(crate) struct Args {
 /// What is flown if nothing is named.
 const DEFAULT_SCENARIO: &str = "paper/table-2-pair";
 
-/// The page of a batch.
-const REPORT: &str = "report.html";
-
 /// How often progress is told where there is no terminal.
 const TELL_EVERY: Duration = Duration::from_secs(60);
 
@@ -73,9 +68,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let choice = args.wanted.choice;
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
-    let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(failure)?;
+    let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(of_batch)?;
     let first = batch.seed_of(batch.flown().start);
-    warn(&template.draw(first).map_err(Failure::Scenario)?, "");
+    warn(&template.draw(first).map_err(Failure::Scenario)?, "", &note);
     let out = args.out.clone().unwrap_or_else(|| default_out(args, &template, &batch));
     // The second time it ends at once: what is complete is safe in any case.
     let interruption = Interruption::expected()?;
@@ -89,15 +84,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     told?.put(&results)
 }
 
-/// An error with its exit status.
-pub(crate) fn failure(error: MonteCarloError) -> Failure {
-    match error {
-        MonteCarloError::Scenario(error) => Failure::Scenario(error),
-        error if error.is_wrong_input() => Failure::input(error),
-        error => Failure::running(error),
-    }
-}
-
 /// What there is to tell of a complete batch.
 pub(crate) struct Told {
     /// Its page, if it is not there yet.
@@ -108,12 +94,8 @@ pub(crate) struct Told {
 
 impl Told {
     pub(crate) fn of(results: &Results, json: bool) -> Result<Self, Failure> {
-        let make = || {
-            let shown = Page::of(slice::from_ref(results)).map_err(failure)?;
-            page::batch_report(&shown).map_err(Failure::running)
-        };
-        let page = if results.dir().join(REPORT).is_file() { None } else { Some(make()?) };
-        let summary = results.summary().map_err(failure)?;
+        let page = report(results)?;
+        let summary = results.summary().map_err(of_batch)?;
         let statistics =
             if json { summary.json().map_err(Failure::running)? } else { text::lines(&table(&summary, results)) };
         Ok(Self { page, statistics })
@@ -121,7 +103,7 @@ impl Told {
 
     /// Puts the page beside the results, and prints the statistics.
     pub(crate) fn put(&self, results: &Results) -> Result<(), Failure> {
-        self.page.iter().try_for_each(|page| results.add(REPORT, page)).map_err(failure)?;
+        self.page.iter().try_for_each(|page| results.add(REPORT, page)).map_err(of_batch)?;
         print(&self.statistics)
     }
 }
@@ -154,9 +136,9 @@ fn fly(
             None if matches!(error, MonteCarloError::Interrupted) => {
                 format!("what is complete is kept in {}", text::path(out))
             }
-            None => return failure(error),
+            None => return of_batch(error),
         };
-        match failure(error) {
+        match of_batch(error) {
             Failure::Running(message) => {
                 Failure::Running(format!("{message}; {kept}: the same command goes on from there"))
             }

@@ -1,12 +1,12 @@
 //! The paper's law beside a run: the same mission under it.
 
 use standoff_reproduce::PAPERS_LAW;
+use standoff_results::{Failure, refused};
 use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{Choice, Metrics};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, refused};
 
 /// The lead of the paper's law, which over traffic is the scenario's own.
 const LEAD: &str = "guidance.lead_s=3";

@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use standoff_reproduce::{self as paper, PIECES, Plan};
+use standoff_results::Failure;
 use standoff_sim::text;
 
-use crate::failure::{Failure, note, print};
+use crate::speech::{note, print};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:

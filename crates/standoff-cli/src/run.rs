@@ -1,32 +1,29 @@
 //! `standoff run`: flies a scenario into a record, and tells it.
 
-use std::fmt::Display;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_sim::record::{Closed, Frame, Kept, MAX_ROWS, Occupancy, Writer, in_the_way, occupancy};
+use standoff_results::{Failure, Telling, Told, has_older_run, lines, refused, tell, warn};
+use standoff_sim::record::{Closed, Frame};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Template};
-use standoff_sim::score::Rules;
 use standoff_sim::text;
-use standoff_sim::world::World;
 use standoff_sim::yardstick::yardstick;
 use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, note, of_record, refused, warn};
 use crate::interruption::Interruption;
 use crate::maps::Maps;
 use crate::mcap::Mcap;
-use crate::outcome::{Telling, Wanted, lines};
 use crate::papers_law;
-use crate::tell::{Told, tell};
-use crate::watch::{Pace, Served, Watched, manifest, rate};
+use crate::speech::{note, print_outcome};
+use crate::wanted::Wanted;
+use crate::watch::{Pace, Served, Watched, rate};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -90,27 +87,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
-    warn(&scenario, "");
-    let rows = World::rows(&scenario);
-    if rows > MAX_ROWS {
-        let what = "choose a shorter duration_s, a longer period_s or fewer targets, or standoff monte-carlo, which keeps no record";
-        return Err(Failure::Input(format!(
-            "the record could have {rows} rows of targets; at most {MAX_ROWS}: {what}"
-        )));
-    }
+    warn(&scenario, "", &note);
     let out = match &args.out {
         // Without a slash at its end: a link to a folder would be followed half of the way.
         Some(out) => out.components().collect(),
         None => args.changes.folder(args.scenario.as_deref(), &template, &args.seed.to_string()),
     };
-    let there = occupancy(&out);
-    if there == Occupancy::Other {
-        return Err(of_record(in_the_way(&out)));
-    }
-    let map = args.maps.of_scenario(&scenario)?;
+    let has_older_run = has_older_run(&scenario, &out)?;
+    let map = args.maps.named().of_scenario(&scenario, &note)?;
     let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
-    if there == Occupancy::OlderRun {
+    if has_older_run {
         note(&format!("note: replacing the older run in {}", text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
@@ -131,7 +118,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.choice);
     let with_yardstick = args.yardstick;
     let told = interruption.unless_come(move || {
-        let told = tell(&dir, &place, choice)?;
+        let told = tell(&dir, &place, choice, &note)?;
         Ok((told, with_yardstick.then(|| yardstick(&scenario))))
     });
     closed.publish().map_err(Failure::running)?;
@@ -142,7 +129,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     outcome.yardstick = yardstick;
     let papers_law =
         if args.json { None } else { papers_law::of(args.scenario.as_deref(), &args.changes, args.seed, choice)? };
-    outcome.print(args.json, &out, Telling { papers_law: papers_law.as_ref(), ..Telling::default() })?;
+    print_outcome(&outcome, args.json, &out, Telling { papers_law: papers_law.as_ref(), ..Telling::default() })?;
     written?;
     let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption));
     filed.and(shown)
@@ -182,9 +169,7 @@ impl Live {
     }
 }
 
-/// Flies the mission into a record; every frame is written as it comes, and `look` sees it.
-///
-/// Whatever ends it early, the failure says what is kept.
+/// Flies the mission into a record; `look` sees every frame.
 fn fly(
     scenario: &Scenario,
     out: &Path,
@@ -193,44 +178,14 @@ fn fly(
     mut look: impl FnMut(&Frame),
 ) -> Result<Closed, Failure> {
     let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
-    let resolved = scenario.resolved().map_err(Failure::Scenario)?;
-    let names = World::names(scenario);
-    let writer = Writer::create(out, &manifest(scenario), &resolved, &names).map_err(of_record)?;
-    let writer = writer.judged_by(Rules::of(&scenario.settings));
-    let mut writer = match map {
-        Some(map) => writer.with_map(map).map_err(of_record)?,
-        None => writer,
-    };
-    if let Some(older) = writer.set_aside() {
-        note(&format!("note: an unfinished run is kept in {} until this one is complete", text::path(older)));
-    }
     let progress = progress(mission.frames(), "instants");
-    while !interruption.has_come() {
-        let Some(frame) = mission.frame() else {
-            progress.finish_and_clear();
-            let kept = writer.kept();
-            return writer.close().map_err(|error| broken_off(error, kept));
-        };
-        writer.frame(frame).map_err(|error| broken_off(error, writer.kept()))?;
+    let go_on = || !interruption.has_come();
+    let flown = standoff_results::fly(scenario, &mut mission, out, map, &note, go_on, |frame| {
         look(frame);
         progress.inc(1);
-    }
+    });
     progress.finish_and_clear();
-    let kept = writer.kept();
-    let kept = writer.stop().map_err(|error| broken_off(error, kept))?;
-    Err(broken_off("interrupted", kept))
-}
-
-/// The failure of a run that ended early, and what is left of it.
-fn broken_off(error: impl Display, kept: Option<Kept>) -> Failure {
-    let kept = kept.map_or_else(
-        || "nothing was kept of the run".to_owned(),
-        |Kept { dir, until_s }| {
-            let dir = text::path(&dir);
-            format!("the run is kept up to {until_s} s in {dir}, unfinished: standoff show {dir} tells it")
-        },
-    );
-    Failure::running(format!("{error}; {kept}"))
+    flown
 }
 
 /// A bar on a terminal, nothing in a pipe.

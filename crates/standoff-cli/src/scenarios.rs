@@ -1,10 +1,9 @@
 //! `standoff scenarios` and `standoff check`.
 
+use standoff_results::{Failure, Maps, count, warn};
 use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, built_in_like, schema};
 
-use crate::failure::{Failure, print, warn};
-use crate::maps::Maps;
-use crate::outcome::count;
+use crate::speech::{note, print};
 
 /// Lists the built-in scenarios, or prints one.
 pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
@@ -32,9 +31,9 @@ pub(crate) fn show_schema() -> Result<(), Failure> {
 /// Checks a scenario.
 pub(crate) fn check(file: &str) -> Result<(), Failure> {
     let scenario = Scenario::load(file, &Edits::default(), 1).map_err(Failure::Scenario)?;
-    warn(&scenario, &format!("{file}: "));
+    warn(&scenario, &format!("{file}: "), &note);
     // What is flown has to be spelt out, too.
     scenario.resolved().map_err(Failure::Scenario)?;
-    Maps::default().of_scenario(&scenario)?;
+    Maps::default().of_scenario(&scenario, &note)?;
     print(&format!("{file}: good ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
+use standoff_results::{Failure, lines, of_batch, of_record, refused, settings_of, tell_end, warn};
 use standoff_sim::disk;
 use standoff_sim::monte_carlo::Results;
 use standoff_sim::record::{Frame, Record};
@@ -16,12 +17,10 @@ use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, no_thread, note, of_record, print, refused, warn};
 use crate::interruption::Interruption;
 use crate::maps::Maps;
-use crate::monte_carlo::failure;
-use crate::outcome::{Wanted, lines};
-use crate::tell::{settings_of, tell_end};
+use crate::speech::{no_thread, note, print, told};
+use crate::wanted::Wanted;
 use crate::watch::{Served, Watched};
 
 pub(crate) const EXAMPLES: &str = "\
@@ -84,7 +83,7 @@ fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure>
     let server = args.served.serve(Arc::new(site), print)?;
     note("Ctrl-C ends it.");
     let begin = |shown: Shown| {
-        let work = move || (shown.work)(shown.watched).map_err(|failure| failure.told());
+        let work = move || (shown.work)(shown.watched).map_err(|failure| told(&failure));
         thread::Builder::new().spawn(work).map_err(no_thread)
     };
     let works = [Some(first), second].into_iter().flatten().map(begin).collect::<Result<Vec<_>, _>>()?;
@@ -101,19 +100,19 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
     let traffic = args.changes.only_traffic().filter(|_| args.seed.is_none()).ok_or_else(|| {
         Failure::Input("--uavs, --set and --seed are for a scenario, not for runs that have been flown".to_owned())
     })?;
-    let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(failure)?;
-    let batch = Batch::of(&results).map_err(failure)?;
+    let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(of_batch)?;
+    let batch = Batch::of(&results).map_err(of_batch)?;
     let template = |results: &Results| {
         let template = results.batch().template(traffic);
         template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
     };
     let templates: Vec<_> = results.iter().map(template).collect();
-    let (choice, maps) = (args.metrics.choice, args.maps.clone());
+    let (choice, maps) = (args.metrics.choice, args.maps.named());
     let fly = move |variant: usize, seed: u64| {
         let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
         // A run can be looked at without, too.
-        let map = maps.of_scenario(&scenario).unwrap_or_else(|failure| {
-            failure.warn();
+        let map = maps.of_scenario(&scenario, &note).unwrap_or_else(|failure| {
+            note(&failure.told(false).join("\n").replacen("error: ", "warning: ", 1));
             None
         });
         let watched = Watched::flight(&scenario, false, map).ok()?;
@@ -143,9 +142,9 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
         ));
     }
     let record = Record::open(dir).map_err(of_record)?;
-    tell_end(&record);
+    tell_end(&record, &note);
     let settings = settings_of(&record)?;
-    let map = args.maps.of_record(&record)?;
+    let map = args.maps.named().of_record(&record, &note)?;
     let watched = Watched::new(record.manifest(), &settings, record.target_names().to_vec(), false, map)?;
     let choice = args.metrics.choice;
     let dir = PathBuf::from(dir);
@@ -192,8 +191,8 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
         return Err(nothing_there(name));
     }
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
-    warn(&scenario, "");
-    let watched = Watched::flight(&scenario, false, args.maps.of_scenario(&scenario)?)?;
+    warn(&scenario, "", &note);
+    let watched = Watched::flight(&scenario, false, args.maps.named().of_scenario(&scenario, &note)?)?;
     let choice = args.metrics.choice;
     Ok(Shown { watched, work: Box::new(move |watched| fly(&scenario, watched, choice)) })
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use standoff_results::{Failure, manifest, tell_left_out};
 use standoff_sim::record::{Frame, Manifest};
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::score::Rules;
@@ -14,9 +15,8 @@ use standoff_view::figures::Setup;
 use standoff_view::replay::{Encoder, Head, Line, Replay};
 use standoff_view::serve::{Bytes, Limits, Server, Site};
 
-use crate::failure::{Failure, note};
 use crate::interruption::Interruption;
-use crate::tell::tell_left_out;
+use crate::speech::note;
 
 /// Least time between two looks at a run that is being flown: more often, a page would only be busier.
 const LOOK: Duration = Duration::from_millis(250);
@@ -123,17 +123,10 @@ impl Watched {
             self.replay.add(part);
         }
         self.head.events_left_out = self.encoder.events_left_out();
-        tell_left_out(self.head.events_left_out);
+        tell_left_out(self.head.events_left_out, &note);
         (self.head.outcome, self.head.live) = (outcome, false);
         self.replay.finish(&self.head).map_err(Failure::running)
     }
-}
-
-/// What a record of this scenario's run says it is.
-pub(crate) fn manifest(scenario: &Scenario) -> Manifest {
-    let Settings { duration, period, .. } = scenario.settings;
-    let manifest = Manifest::new(&scenario.name, scenario.seed, duration.s(), period.s());
-    Manifest { origin: scenario.origin(), traffic_unit: scenario.traffic_unit(), ..manifest }
 }
 
 /// Keeps simulated time in step with the time of day.

@@ -2,14 +2,14 @@
 
 use clap::Parser;
 use serde::Serialize;
+use standoff_results::{Failure, count, warn, wrapped};
 use standoff_sim::scenario::Scenario;
 use standoff_sim::text;
 use standoff_sim::world::World;
 use standoff_sim::yardstick::{SPEED_M_S, Watched, Yardstick, yardstick};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::failure::{Failure, print, warn};
-use crate::outcome::{count, wrapped};
+use crate::speech::{note, print};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -47,7 +47,7 @@ struct Told<'a> {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed).map_err(Failure::Scenario)?;
-    warn(&scenario, "");
+    warn(&scenario, "", &note);
     let told = Told {
         scenario: &scenario.name,
         seed: scenario.seed,

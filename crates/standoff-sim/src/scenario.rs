@@ -90,7 +90,7 @@ impl Template {
     /// A scenario typed as TOML, changed by `edits`, called `name`. Traffic files and maps it names are looked for from
     /// `folder`.
     pub fn of_toml(name: &str, toml: &str, edits: &Edits, folder: &Path) -> Result<Self, ScenarioError> {
-        Self::with_traffic(load::Typed::typed(name, toml, edits, folder)?)
+        Self::with_traffic(load::Typed::of_toml(name, toml, edits, folder)?)
     }
 
     /// With the traffic file read. What is wrong in the scenario's form, in its ranges and in that file is told at once.

@@ -110,9 +110,8 @@ impl Typed {
     }
 
     /// A scenario typed as TOML somewhere else than in a file, with its edits.
-    pub(super) fn typed(name: &str, toml: &str, edits: &Edits, folder: &Path) -> Result<Self, ScenarioError> {
-        let (called, files_from) =
-            edits.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), |traffic| over(traffic));
+    pub(super) fn of_toml(name: &str, toml: &str, edits: &Edits, folder: &Path) -> Result<Self, ScenarioError> {
+        let (called, files_from) = edits.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), over);
         // Texts of the program's own are typed so, too.
         Self::new(called, name, toml, SPELT_OUT, edits, files_from)
     }

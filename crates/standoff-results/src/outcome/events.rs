@@ -169,7 +169,7 @@ pub(super) fn named(name: &str) -> String {
 }
 
 /// In lines of at most 99 characters, the first behind a sign of two characters, the others indented as far.
-pub(crate) fn wrapped(sign: &str, words: &str) -> String {
+pub fn wrapped(sign: &str, words: &str) -> String {
     let (mut text, mut line) = (String::new(), sign.to_owned());
     for word in words.split(' ') {
         if line.chars().count() + word.chars().count() > 99 {

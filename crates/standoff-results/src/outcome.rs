@@ -5,32 +5,21 @@ mod goals;
 
 use std::path::Path;
 
-use clap::Args;
 use serde::Serialize;
 use standoff_sim::scenario::Settings;
-use standoff_sim::score::{About, Choice, Chosen, Metrics, TargetScore};
+use standoff_sim::score::{About, Chosen, Metrics, TargetScore};
 use standoff_sim::text;
 use standoff_sim::yardstick::{SPEED_M_S, Yardstick};
 use standoff_view::replay::Line;
 
-use crate::failure::{Failure, print};
-
+pub(crate) use events::Events;
 use events::named;
-pub(crate) use events::{Events, wrapped};
+pub use events::wrapped;
 
 /// Time in no group that stands first, because it outweighs whatever is said of groups.
 const UNCOVERED: f64 = 0.1;
 /// Targets that are told one by one.
 const TARGETS_SHOWN: usize = 20;
-
-/// Which metrics are told.
-#[derive(Args)]
-pub(crate) struct Wanted {
-    /// Metrics to work out, with commas between: names of docs/metrics.md, and the sets standard, limits (how close the
-    /// estimates come to their bound; takes a little longer), table-2 and all.
-    #[arg(id = "metrics", long = "metrics", value_name = "LIST", default_value = "standard", value_parser = Choice::parse)]
-    pub(crate) choice: Choice,
-}
 
 /// Metrics that say little to who flies one run: what others are made of, or come to here.
 const UNTOLD: [&str; 7] = [
@@ -58,7 +47,7 @@ const BESIDE_PAPERS_LAW: [&str; 9] = [
 
 /// What a run came to.
 #[derive(Serialize)]
-pub(crate) struct Outcome {
+pub struct Outcome {
     pub(crate) scenario: String,
     pub(crate) seed: u64,
     pub(crate) duration_s: f64,
@@ -72,10 +61,11 @@ pub(crate) struct Outcome {
     pub(crate) traffic: Option<String>,
     /// How many there were at a time, on average.
     pub(crate) targets_mean: Option<f64>,
-    pub(crate) metrics: Chosen,
+    /// What was measured.
+    pub metrics: Chosen,
     /// What greedy discs would watch, if asked for: it is of the scenario, so that no summary of a record has it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) yardstick: Option<Yardstick>,
+    pub yardstick: Option<Yardstick>,
     #[serde(flatten)]
     pub(crate) events: Events,
     /// How each target fared.
@@ -83,7 +73,7 @@ pub(crate) struct Outcome {
     pub(crate) per_target: Vec<PerTarget>,
     /// What was flown.
     #[serde(skip)]
-    pub(crate) settings: Settings,
+    pub settings: Settings,
 }
 
 /// How a target fared.
@@ -96,15 +86,15 @@ pub(crate) struct PerTarget {
 
 /// How an outcome is told to people.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Telling<'a> {
+pub struct Telling<'a> {
     /// Beside it, what the paper's law came to: a few rows.
-    pub(crate) papers_law: Option<&'a Metrics>,
+    pub papers_law: Option<&'a Metrics>,
     /// Target by target, too.
-    pub(crate) per_target: bool,
+    pub per_target: bool,
 }
 
 /// The rows of the table: metrics that were chosen and that tell something, in their own order; shares in percent.
-pub(crate) fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
+pub fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
     // Where consistency is told of quiet and of manoeuvring targets, its average hides both.
     let is_split = metrics.get("anees_manoeuvring").flatten().is_some();
     // Where all groups have one UAV, or all have more, position errors are told already.
@@ -127,17 +117,12 @@ pub(crate) fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
 
 impl Outcome {
     /// One JSON object and a newline.
-    pub(crate) fn json(&self) -> serde_json::Result<String> {
+    pub fn json(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Prints it: for programs, or for people.
-    pub(crate) fn print(&self, json: bool, out: &Path, telling: Telling) -> Result<(), Failure> {
-        print(&if json { self.json().map_err(Failure::running)? } else { text::lines(&self.told(out, telling)) })
-    }
-
-    /// What a person wants to know, first things first.
-    fn told(&self, out: &Path, telling: Telling) -> String {
+    /// What a person wants to know, first things first; the results are in `out`.
+    pub fn told(&self, out: &Path, telling: Telling) -> String {
         let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, targets_mean, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
         // Of vehicles that come and go there are never so many at once as in all.
@@ -274,6 +259,6 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// `1 UAV`, `2 UAVs`.
-pub(crate) fn count(n: usize, what: &str) -> String {
+pub fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use standoff_sim::disk;
-use standoff_sim::record::{MAP_FILE, Record};
+use standoff_sim::record::Record;
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{Choice, Chosen, Rules, Scorer};
 use standoff_sim::text;
@@ -11,50 +11,35 @@ use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
 use standoff_view::replay::{Encoder, Head};
 
-use crate::failure::{Failure, note, of_record};
+use crate::failure::{Failure, of_record};
 use crate::maps::Maps;
-use crate::outcome::{Events, Outcome, PerTarget, Telling, lines};
+use crate::outcome::{Events, Outcome, PerTarget, lines};
+use crate::say::Say;
 
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
 
-/// `standoff show`: tells a run again; its summary and figures are made anew. Of an unfinished one it tells what there is.
-/// Maps that are named take the place of what it has.
-pub(crate) fn show(dir: &Path, choice: Choice, maps: &Maps, json: bool) -> Result<(), Failure> {
-    if !maps.is_empty() {
-        let record = Record::open(dir).map_err(of_record)?;
-        if let Some(map) = maps.of_record(&record)? {
-            let path = dir.join(MAP_FILE);
-            disk::save_quickly(&path, &map).map_err(|reason| {
-                Failure::running(format!("cannot write {}: {reason}; check the disk", text::path(&path)))
-            })?;
-        }
-    }
-    let Told { outcome, written } = tell(dir, dir, choice)?;
-    outcome.print(json, dir, Telling { per_target: true, ..Telling::default() })?;
-    written
-}
-
 /// What there is to tell of a run.
-pub(crate) struct Told {
-    pub(crate) outcome: Outcome,
+pub struct Told {
+    /// What the run came to.
+    pub outcome: Outcome,
     /// Whether there was room for summary, figures and page.
-    pub(crate) written: Result<(), Failure>,
+    pub written: Result<(), Failure>,
 }
 
 /// Scores and draws the record in `dir`; puts summary, figures and page beside it. Messages name `place`, where it will
 /// lie by then.
-pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Failure> {
+pub fn tell(dir: &Path, place: &Path, choice: Choice, say: Say) -> Result<Told, Failure> {
     let record = Record::open(dir).map_err(of_record)?;
-    tell_end(&record);
+    tell_end(&record, say);
     if !record.has_truth() {
-        note("note: the record has no truth table; scores that need it are missing");
+        say("note: the record has no truth table; scores that need it are missing");
     }
     let settings = settings_of(&record)?;
     let reported = record.manifest().reported;
     for (is_reported, what) in [(reported.tracks, "tracks"), (reported.groups, "groups")] {
         if !is_reported {
-            note(&format!("note: the brain that flew reports no {what}; scores that need them are missing"));
+            say(&format!("note: the brain that flew reports no {what}; scores that need them are missing"));
         }
     }
     let rules = Rules { reported, ..Rules::of(&settings) };
@@ -92,10 +77,10 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
         per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
         settings,
     };
-    tell_left_out(outcome.events.left_out());
+    tell_left_out(outcome.events.left_out(), say);
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
-    head.map = Maps::default().of_record(&record)?;
+    head.map = Maps::default().of_record(&record, say)?;
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
     head.events_left_out = encoder.events_left_out();
     let save = |name: &str, text: &str| {
@@ -115,15 +100,15 @@ pub(crate) fn tell(dir: &Path, place: &Path, choice: Choice) -> Result<Told, Fai
 }
 
 /// Says so if the run is unfinished.
-pub(crate) fn tell_end(record: &Record) {
+pub fn tell_end(record: &Record, say: Say) {
     if let Some(end_s) = record.ends_s() {
         let duration_s = record.manifest().duration_s;
-        note(&format!("note: this run is unfinished: it tells up to {end_s} s of {duration_s} s"));
+        say(&format!("note: this run is unfinished: it tells up to {end_s} s of {duration_s} s"));
     }
 }
 
 /// The settings of the run in a record.
-pub(crate) fn settings_of(record: &Record) -> Result<Settings, Failure> {
+pub fn settings_of(record: &Record) -> Result<Settings, Failure> {
     let path = record.dir().join("scenario.toml");
     let settings = Settings::of_record(&path.display().to_string(), record.scenario_toml()).map_err(Failure::input)?;
     let manifest = record.manifest();
@@ -142,13 +127,13 @@ pub(crate) fn settings_of(record: &Record) -> Result<Settings, Failure> {
 }
 
 /// Says so if there are more events than a page is given.
-pub(crate) fn tell_left_out(events: u64) {
+pub fn tell_left_out(events: u64, say: Say) {
     if events > 0 {
-        note(&format!("note: the run has more events than are told one by one: {events} are in events.parquet only"));
+        say(&format!("note: the run has more events than are told one by one: {events} are in events.parquet only"));
     }
 }
 
 /// Writes a file, whole or not at all.
-pub(crate) fn save(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn save(path: &Path, text: &str) -> Result<(), Failure> {
     disk::save_quickly(path, text).map_err(|reason| Failure::running(format!("{}: {reason}", text::path(path))))
 }
