@@ -13,6 +13,7 @@ mod maps;
 mod outcome;
 mod say;
 mod tell;
+mod waiting;
 
 pub use batch::{REPORT, report};
 pub use failure::{Failure, of_batch, of_record, refused};
@@ -21,3 +22,4 @@ pub use maps::Maps;
 pub use outcome::{Outcome, Telling, count, lines, wrapped};
 pub use say::{Say, warn};
 pub use tell::{Told, save, settings_of, tell, tell_end, tell_left_out};
+pub use waiting::{GLANCE, done_unless};

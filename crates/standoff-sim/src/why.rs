@@ -77,6 +77,7 @@ fn told(event: &EventRow) -> Option<String> {
         ("reassigned", "uav-joined") => "a UAV has joined the team",
         ("reassigned", "uav-lost") => "a UAV has been silent for too long",
         ("reassigned", "search-ended") => "a UAV is back from a search",
+        ("reassigned", "own-law") => "the assignment law wants it so",
         ("search-started", _) => "no group needs it, and the target can still be near where it was lost",
         ("search-ended", "found") => "the target was measured again",
         ("search-ended", "given-up") => "the target can be anywhere by now",

@@ -1,5 +1,8 @@
 //! A team whose radio is perfect, in one process: every agent would keep the same picture, so one is kept.
 
+use std::sync::Arc;
+
+use crate::coordination::assignment::AssignmentLaw;
 use crate::message::{Message, Scan};
 use crate::mind::Mind;
 use crate::param::ParamError;
@@ -40,6 +43,12 @@ impl Fleet {
     /// A team; all that is out of range is reported at once.
     pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
         Ok(Self { mind: Mind::new(params)? })
+    }
+
+    /// The same, with an assignment law of your own in the place of (33).
+    #[must_use]
+    pub fn assigned_by(self, law: Arc<dyn AssignmentLaw>) -> Self {
+        Self { mind: self.mind.assigned_by(law) }
     }
 
     /// First half of an instant: where a UAV is and what its sensor measured, heard by all; as

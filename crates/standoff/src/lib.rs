@@ -35,7 +35,7 @@ pub mod uav;
 
 pub use agent::Agent;
 pub use angle::Angle;
-pub use coordination::assignment::Duty;
+pub use coordination::assignment::{AssignmentLaw, AvailableUav, Duty, Site};
 pub use coordination::event::{DissolutionReason, Event, EventKind};
 pub use coordination::group::Group;
 pub use coordination::group_id::GroupId;

@@ -1,5 +1,8 @@
 //! What an agent keeps between steps, whichever UAV it is; and how a UAV decides from it.
 
+use std::sync::Arc;
+
+use crate::coordination::assignment::AssignmentLaw;
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
@@ -35,6 +38,7 @@ pub(crate) struct Mind {
     /// The target model over the time since the previous picture.
     transition: Transition,
     scratch: Scratch,
+    assignment: Option<Arc<dyn AssignmentLaw>>,
     started: bool,
     /// Something was heard that the picture does not know yet.
     is_stale: bool,
@@ -57,11 +61,17 @@ impl Mind {
             inbox: Inbox::new(Duration::from_s(params.teammate_timeout_s)),
             transition: Transition::none(),
             scratch: Scratch::default(),
+            assignment: None,
             started: false,
             is_stale: false,
             sequence: 0,
             refused_instants: 0,
         })
+    }
+
+    /// The same, with an assignment law of one's own.
+    pub(crate) fn assigned_by(self, law: Arc<dyn AssignmentLaw>) -> Self {
+        Self { assignment: Some(law), ..self }
     }
 
     /// The picture as of the last decision, or of the last instant that another one followed.
@@ -137,7 +147,12 @@ impl Mind {
 
     /// Makes the picture of this instant from all that was heard by now.
     fn follow(&mut self) {
-        let news = News { now: self.now, inbox: &self.inbox, transition: &self.transition };
+        let news = News {
+            now: self.now,
+            inbox: &self.inbox,
+            transition: &self.transition,
+            assignment: self.assignment.as_deref(),
+        };
         self.picture.follow(&self.previous, &news, &self.params, &mut self.scratch);
         self.is_stale = false;
     }

@@ -4,7 +4,7 @@
 //! difference, not in a single bit.
 
 use crate::angle::Angle;
-use crate::coordination::assignment::{AvailableUav, Duty, Site, assign};
+use crate::coordination::assignment::{AssignmentLaw, AvailableUav, Duty, Site, assign, sound};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::Group;
 use crate::coordination::group_id::GroupId;
@@ -57,6 +57,8 @@ pub(crate) struct News<'a> {
     pub(crate) inbox: &'a Inbox,
     /// The target model over the time between.
     pub(crate) transition: &'a Transition,
+    /// Who assigns in the place of the product, if somebody does.
+    pub(crate) assignment: Option<&'a dyn AssignmentLaw>,
 }
 
 /// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.
@@ -149,7 +151,7 @@ impl Picture {
         self.unassigned = self.known().iter().filter(|known| known.is_unassigned()).count() as u32;
         self.form_groups(previous, news, params, &scratch.before);
         self.settle_searches(previous, params);
-        self.assign_crew(previous, params);
+        self.assign_crew(previous, news, params);
         self.tell_of_uavs(previous);
         self.judge_groups(previous, params);
     }
@@ -320,17 +322,18 @@ impl Picture {
     }
 
     /// Carries the crew on; assigns it anew where groups or UAVs have come or gone.
-    fn assign_crew(&mut self, previous: &Picture, params: &TeamParams) {
+    fn assign_crew(&mut self, previous: &Picture, news: &News, params: &TeamParams) {
         self.crew.clear();
         if self.groups.is_empty() {
             self.team.iter_mut().for_each(|mate| mate.group = None);
             return;
         }
-        let Some(reason) = self.reason_to_assign(previous) else {
+        let reason = self.reason_to_assign(previous);
+        if reason.is_none() && news.assignment.is_none() {
             let Self { crew, searches, .. } = self;
             crew.extend(previous.crew.iter().filter(|duty| !is_searching(searches, duty.uav)));
             return;
-        };
+        }
         let available =
             |mate: &Teammate| AvailableUav { uav: mate.uav, position: mate.state.position, serves: mate.group };
         let at_hand = || self.team.iter().filter(|mate| !is_searching(&self.searches, mate.uav));
@@ -340,12 +343,28 @@ impl Picture {
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
         let sites: Vec<_> = members.iter().map(|(group, members)| Site { group: *group, members }).collect();
         let GroupParams { objective, assignment_inertia, .. } = params.group;
-        self.crew = assign(&uavs, &sites, &params.track.sensor, objective, assignment_inertia);
+        let wanted = news.assignment.and_then(|law| law.assign(self.time, &uavs, &sites));
+        let reason = match (wanted, reason) {
+            (Some(duties), _) => {
+                self.crew = sound(duties, &uavs, &sites);
+                AssignmentReason::OwnLaw
+            }
+            (None, Some(reason)) => {
+                self.crew = assign(&uavs, &sites, &params.track.sensor, objective, assignment_inertia);
+                reason
+            }
+            (None, None) => {
+                let goes_on = |duty: &&Duty| uavs.iter().any(|uav| uav.uav == duty.uav);
+                self.crew.extend(previous.crew.iter().filter(goes_on));
+                return;
+            }
+        };
         for group in &mut self.groups {
             group.members_when_assigned = group.members;
         }
-        for (duty, uav) in self.crew.iter().zip(&uavs) {
-            if let Some(old) = uav.serves.filter(|old| *old != duty.group) {
+        for duty in &self.crew {
+            let serves = uavs.iter().find(|uav| uav.uav == duty.uav).and_then(|uav| uav.serves);
+            if let Some(old) = serves.filter(|old| *old != duty.group) {
                 let crew = self.crew.iter().filter(|other| other.group == duty.group).count();
                 let reason = if params.group.count == GroupCount::Needed { reason.by_need(crew) } else { reason };
                 let event = Event::of_group(EventKind::Reassigned(reason), old);

@@ -96,6 +96,15 @@ impl Paired {
 }
 
 impl Comparison {
+    /// Of what A and B, called so, came to with the same seeds, from `seed` on, whoever flew them.
+    pub fn of([a, b]: [&str; 2], seed: u64, choice: Choice, flown: &[[Metrics; 2]]) -> Self {
+        let metrics = choice.names().map(|name| {
+            let pairs: Vec<_> = flown.iter().map(|[a, b]| (a.value(name), b.value(name))).collect();
+            (name.to_owned(), Paired::of(name, &pairs))
+        });
+        Self { a: a.to_owned(), b: b.to_owned(), seed, runs: flown.len() as u64, metrics: metrics.collect() }
+    }
+
     /// One JSON object and a newline.
     pub fn json(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
@@ -115,14 +124,9 @@ pub fn compare(
     Batch::new(a, seed, runs, None, choice)?;
     let flown = in_order(seed..seed + runs, threads, |seed, halt| {
         let fly = |template| fly_seed(template, seed, choice, || !halt.is_up());
-        Ok((fly(a)?.values(), fly(b)?.values()))
+        Ok([fly(a)?, fly(b)?])
     })?;
-    let metrics = choice.names().map(|name| {
-        let index = Metrics::NAMES.iter().position(|known| *known == name).unwrap_or_default();
-        let pairs: Vec<_> = flown.iter().map(|(a, b)| (a[index], b[index])).collect();
-        (name.to_owned(), Paired::of(name, &pairs))
-    });
-    Ok(Comparison { a: a.name().to_owned(), b: b.name().to_owned(), seed, runs, metrics: metrics.collect() })
+    Ok(Comparison::of([a.name(), b.name()], seed, choice, &flown))
 }
 
 /// Compares two complete batches, over the seeds and the metrics that both have.

@@ -21,9 +21,12 @@ mod search;
 #[cfg(test)]
 mod tests;
 
+use core::fmt;
+
 use crate::coordination::group_id::GroupId;
 use crate::sensor::SensorParams;
 use crate::team::Objective;
+use crate::time::Time;
 use crate::uav::UavId;
 use problem::Problem;
 pub use problem::{AvailableUav, DET_FLOOR_1_M4, Site};
@@ -33,6 +36,23 @@ pub const EXACT_UAVS_MAX: usize = 12;
 
 /// Up to so many UAVs and so many groups [`Objective::Printed`] is enumerated; beyond, the default takes its place.
 pub const PRINTED_MAX: usize = 8;
+
+/// A rule of one's own in the place of [`assign`]: it is asked at every instant at which there are groups.
+pub trait AssignmentLaw: fmt::Debug + Send + Sync {
+    /// Who serves which group from now on; `None`: what the product does. UAVs and sites come by ascending id. A UAV that is
+    /// given no group, or one that is not among the sites, serves none; of two groups the first counts.
+    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Option<Vec<Duty>>;
+}
+
+/// What a law of one's own wants, as the team can do it: by ascending UAV, each at most once.
+pub(crate) fn sound(mut duties: Vec<Duty>, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Vec<Duty> {
+    let is_there =
+        |duty: &Duty| uavs.iter().any(|uav| uav.uav == duty.uav) && sites.iter().any(|site| site.group == duty.group);
+    duties.retain(is_there);
+    duties.sort_by_key(|duty| duty.uav);
+    duties.dedup_by_key(|duty| duty.uav);
+    duties
+}
 
 /// One UAV's group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

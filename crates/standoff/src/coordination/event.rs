@@ -213,6 +213,8 @@ pub enum AssignmentReason {
     Unwatched,
     /// A group has ended: the UAV makes a pair. Where groups are formed by need.
     Pair,
+    /// An assignment law of one's own wants it so.
+    OwnLaw,
 }
 
 impl AssignmentReason {
@@ -293,6 +295,7 @@ impl EventKind {
             Self::Reassigned(AssignmentReason::UavJoined) => "uav-joined",
             Self::Reassigned(AssignmentReason::UavLost) => "uav-lost",
             Self::Reassigned(AssignmentReason::SearchEnded) => "search-ended",
+            Self::Reassigned(AssignmentReason::OwnLaw) => "own-law",
             Self::SearchEnded(SearchEnd::Found) => "found",
             Self::SearchEnded(SearchEnd::GivenUp) => "given-up",
             Self::SearchEnded(SearchEnd::Needed) => "needed",
