@@ -596,10 +596,15 @@ fn no_group_makes_way_for_one_of_many() {
     }
 }
 
-/// Where nobody is unwatched, a UAV to each group stays where it is: nothing is flown for a pair alone.
+/// Where nobody is unwatched, a UAV to each group stays where it is: nothing is flown for a pair alone. Nor is that a
+/// review: whoever is unwatched later does not wait for the next one.
 #[test]
 fn no_group_is_wound_up_for_nobody() {
-    assert_eq!(by_need(2, &[0.0, 590.0], &[0, 1]).kinds(), [""; 0]);
+    let mut world = by_need(2, &[0.0, 590.0], &[0, 1]);
+    world.params.group.centre = CentreEstimate::SmallestCircle;
+    assert_eq!(world.kinds(), [""; 0]);
+    world.appear(9, 9000.0);
+    assert_eq!(world.kinds(), ["handoff-requested"]);
 }
 
 /// A target that the other group's UAVs do not see is not passed on: its group stays, and it takes in again.
