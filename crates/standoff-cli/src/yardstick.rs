@@ -1,12 +1,10 @@
 //! `standoff yardstick`: how much discs that know where every target is would watch.
 
 use clap::Parser;
-use serde::Serialize;
-use standoff_results::{Failure, count, warn, wrapped};
+use standoff_results::{Failure, Yardsticked, count, warn, wrapped};
 use standoff_sim::scenario::Scenario;
 use standoff_sim::text;
-use standoff_sim::world::World;
-use standoff_sim::yardstick::{SPEED_M_S, Watched, Yardstick, yardstick};
+use standoff_sim::yardstick::{SPEED_M_S, Watched};
 
 use crate::changes::{Changes, DEFAULT_SCENARIO};
 use crate::speech::{note, print};
@@ -33,38 +31,20 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// What is told of a scenario.
-#[derive(Serialize)]
-struct Told<'a> {
-    scenario: &'a str,
-    seed: u64,
-    duration_s: f64,
-    uavs: usize,
-    targets: usize,
-    yardstick: Yardstick,
-}
-
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
-    let told = Told {
-        scenario: &scenario.name,
-        seed: scenario.seed,
-        duration_s: scenario.settings.duration.s(),
-        uavs: scenario.uavs.len(),
-        targets: World::names(&scenario).len(),
-        yardstick: yardstick(&scenario),
-    };
+    let told = Yardsticked::of(&scenario);
     print(&if args.json {
-        serde_json::to_string_pretty(&told).map_err(Failure::running)? + "\n"
+        told.json().map_err(Failure::running)?
     } else {
         text::lines(&table(&told))
     })
 }
 
-fn table(told: &Told) -> String {
-    let Told { scenario, seed, duration_s, uavs, targets, yardstick } = told;
+fn table(told: &Yardsticked) -> String {
+    let Yardsticked { scenario, seed, duration_s, uavs, targets, yardstick } = told;
     let of = format!("{}, {}", count(*uavs, "UAV"), count(*targets, "target"));
     let mut table = format!("{}, seed {seed}: {of}, {duration_s} s\n\n", text::words(scenario));
     table += &format!("{:30} {:>10} {:>10}\n", "watched, % of target-time", "mover", "best discs");

@@ -3,6 +3,7 @@
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
+use standoff_results::Failure;
 
 create_exception!(standoff, StandoffError, PyException, "Something failed while running: a disk, a run.");
 create_exception!(standoff, InputError, PyValueError, "Wrong input: a scenario, a record, an argument.");
@@ -13,10 +14,17 @@ create_exception!(
     "A scenario that cannot be used; what is wrong is drawn under what was typed."
 );
 
-pub(crate) fn of_scenario(error: standoff_sim::scenario::ScenarioError) -> PyErr {
-    if error.is_machine_s {
-        StandoffError::new_err(error.to_string())
-    } else {
-        ScenarioError::new_err(error.to_string())
+/// As an exception; where something was typed, what is wrong is drawn under it.
+pub(crate) fn raised(failure: &Failure) -> PyErr {
+    let told = failure.told(false).join("\n");
+    match failure {
+        Failure::Scenario(error) if !error.is_machine_s => ScenarioError::new_err(told),
+        Failure::Input(message) => InputError::new_err(message.clone()),
+        Failure::Running(message) => StandoffError::new_err(message.clone()),
+        _ => StandoffError::new_err(told),
     }
+}
+
+pub(crate) fn of_scenario(error: standoff_sim::scenario::ScenarioError) -> PyErr {
+    raised(&Failure::Scenario(error))
 }

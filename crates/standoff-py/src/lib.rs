@@ -1,6 +1,7 @@
 //! The Python module `standoff._standoff`: what the package `standoff` in `python/` is made of.
 
 mod failure;
+mod law;
 mod pieces;
 mod scenario;
 

@@ -53,12 +53,32 @@ impl Scenario {
     }
 }
 
+/// What is flown where nothing is named: by itself, or over traffic.
+const DEFAULT_SCENARIO: &str = "best/figure-9";
+const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
+
 /// Wherever a scenario is asked for: an object, or what makes one.
 pub(crate) fn asked_for(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
-    if let Ok(scenario) = scenario.cast::<Scenario>() {
-        return Ok(scenario.get().clone());
-    }
-    Scenario::load(Source::Named(path(scenario)?), Edits::default())
+    changed_as_asked(Some(scenario), None, None, None)
+}
+
+/// The same with changes; where none is named, what the command flies.
+pub(crate) fn changed_as_asked(
+    scenario: Option<&Bound<'_, PyAny>>,
+    traffic: Option<PathBuf>,
+    uavs: Option<u32>,
+    set: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Scenario> {
+    let default = if traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
+    let (source, edits) = match scenario {
+        None => (Source::Named(default.to_owned()), Edits::default()),
+        Some(scenario) => match scenario.cast::<Scenario>() {
+            Ok(scenario) if traffic.is_none() && uavs.is_none() && set.is_none() => return Ok(scenario.get().clone()),
+            Ok(scenario) => (scenario.get().source.clone(), scenario.get().edits.clone()),
+            Err(_) => (Source::Named(path(scenario)?), Edits::default()),
+        },
+    };
+    Scenario::load(source, changed(edits, traffic, uavs, set)?)
 }
 
 #[pymethods]
@@ -71,12 +91,7 @@ impl Scenario {
         uavs: Option<u32>,
         set: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let old = scenario.cast::<Self>().ok().map(|scenario| scenario.get().clone());
-        let (source, edits) = match old {
-            Some(Self { source, edits, .. }) => (source, edits),
-            None => (Source::Named(path(scenario)?), Edits::default()),
-        };
-        Self::load(source, changed(edits, traffic, uavs, set)?)
+        changed_as_asked(Some(scenario), traffic, uavs, set)
     }
 
     /// A scenario typed as TOML.

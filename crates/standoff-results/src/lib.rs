@@ -14,6 +14,7 @@ mod outcome;
 mod say;
 mod tell;
 mod waiting;
+mod yardstick;
 
 pub use batch::{REPORT, report};
 pub use failure::{Failure, of_batch, of_record, refused};
@@ -23,3 +24,4 @@ pub use outcome::{Outcome, Telling, count, lines, wrapped};
 pub use say::{Say, warn};
 pub use tell::{Told, save, settings_of, tell, tell_end, tell_left_out};
 pub use waiting::{GLANCE, done_unless};
+pub use yardstick::Yardsticked;

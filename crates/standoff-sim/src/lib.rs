@@ -26,3 +26,5 @@ pub mod traffic;
 mod why;
 pub mod world;
 pub mod yardstick;
+
+pub use rows::picture as rows_of_picture;

@@ -107,8 +107,8 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
     row
 }
 
-/// Adds what an agent believes and intends, and what happened.
-pub(crate) fn picture(picture: &Picture, beliefs: &mut Beliefs) {
+/// Adds what an agent believes and intends, and what happened: for brains in which the product keeps the picture.
+pub fn picture(picture: &Picture, beliefs: &mut Beliefs) {
     beliefs.events.extend(picture.events.iter().map(|of| event(of, picture)));
     // Not by extending with what is filtered: long rows would be copied once more.
     for known in picture.known() {

@@ -1,0 +1,356 @@
+//! Laws written in Python, as brains: the simulator asks them what it asks the product.
+
+mod asked;
+mod seen;
+
+use std::sync::Arc;
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use standoff::{
+    AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LookAt, Message, Observation,
+    Position, Report, Scan, Site, Step, Time, UavId, UavState, Velocity,
+};
+use standoff_sim::brain::{Beliefs, Brain, Reported};
+use standoff_sim::rows_of_picture;
+use standoff_sim::run::Mission;
+use standoff_sim::scenario::Scenario;
+
+pub(crate) use asked::Asked;
+pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
+
+use crate::failure::InputError;
+
+/// What a law takes the place of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Replaces {
+    All,
+    Guidance,
+    Assignment,
+}
+
+/// What a law says of itself: class attributes of `standoff.Law`.
+#[derive(Clone, Copy)]
+struct Kind {
+    replaces: Replaces,
+    /// It decides for all UAVs at once.
+    is_team_s: bool,
+    /// It sees the team's picture, which the product keeps.
+    sees_picture: bool,
+}
+
+impl Kind {
+    fn of(law: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let says = |attribute: &str, allowed: &[&str], default: usize| -> PyResult<usize> {
+            let Some(said) = law.getattr_opt(attribute)? else { return Ok(default) };
+            let place = said.extract::<String>().ok().and_then(|said| allowed.iter().position(|one| *one == said));
+            place.ok_or_else(|| {
+                let (class, allowed) = (law.get_type(), allowed.join(", "));
+                PyValueError::new_err(format!("{class}.{attribute} is {said}; it is one of {allowed}"))
+            })
+        };
+        let replaces = match says("replaces", &["all", "guidance", "assignment"], 0)? {
+            0 => Replaces::All,
+            1 => Replaces::Guidance,
+            _ => Replaces::Assignment,
+        };
+        let is_team_s = says("decides_for", &["agent", "team"], 0)? == 1;
+        let sees_picture = says("sees", &["own", "picture"], 0)? == 1;
+        if !law.getattr_opt("decide")?.is_some_and(|decide| decide.is_callable()) {
+            let class = law.get_type();
+            return Err(PyTypeError::new_err(format!("{class} has no method decide: see standoff.Law")));
+        }
+        Ok(Self { replaces, is_team_s: is_team_s || replaces == Replaces::Assignment, sees_picture })
+    }
+
+    /// The product estimates and forms groups beside it.
+    fn has_fleet(self) -> bool {
+        self.sees_picture || self.replaces != Replaces::All
+    }
+}
+
+/// A mission flown by what `law` makes: a class, or whatever is called with a [`Briefing`] and gives an object that decides.
+pub(crate) fn mission(
+    py: Python<'_>,
+    scenario: &Scenario,
+    law: &Bound<'_, PyAny>,
+    asked: &Arc<Asked>,
+) -> PyResult<Mission<OwnLaw>> {
+    if !law.is_callable() {
+        let what = "law: is a class, or whatever is called with a Briefing and gives a law; not a law itself, which would \
+                    carry what it knows from one run into the next";
+        return Err(PyTypeError::new_err(what));
+    }
+    let uavs = scenario.uavs.len();
+    let make = |uav: Option<u32>| law.call1((Briefing::of(scenario, uav),)).map(Bound::unbind);
+    let first = make(Some(0))?;
+    let kind = Kind::of(first.bind(py))?;
+    let laws = if kind.is_team_s {
+        vec![make(None)?]
+    } else {
+        let others = (1..uavs as u32).map(|uav| make(Some(uav)));
+        [Ok(first)].into_iter().chain(others).collect::<PyResult<_>>()?
+    };
+    let team = scenario.settings.team;
+    let refused = |errors: Vec<standoff::ParamError>| {
+        InputError::new_err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+    };
+    let fleet = kind.has_fleet().then(|| Fleet::new(team)).transpose().map_err(refused)?;
+    let fleet = match (fleet, kind.replaces) {
+        (Some(fleet), Replaces::Assignment) => {
+            Some(fleet.assigned_by(Arc::new(OwnAssignment { law: laws[0].clone_ref(py), asked: Arc::clone(asked) })))
+        }
+        (fleet, _) => fleet,
+    };
+    let seen = scenario.uavs.iter().map(|state| Seen { own: *state, ..Seen::default() }).collect();
+    let brain =
+        OwnLaw { kind, laws, fleet, seen, asked: Arc::clone(asked), answered: None, now: Time::START, picture: None };
+    Mission::with_brain(scenario, brain).map_err(refused)
+}
+
+/// What a UAV has seen and heard at an instant.
+struct Seen {
+    own: UavState,
+    /// `None`: it is out.
+    report: Option<Message>,
+    heard: Vec<Report>,
+    cues: Vec<Cue>,
+    /// As the product took it in.
+    observation: Option<Observation>,
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        let own = UavState {
+            position: Position::ORIGIN,
+            heading: standoff::Angle::ZERO,
+            speed_m_s: 0.0,
+            turn_rate_rad_s: 0.0,
+        };
+        Self { own, report: None, heard: Vec::new(), cues: Vec::new(), observation: None }
+    }
+}
+
+/// A law written in Python, as a brain.
+pub(crate) struct OwnLaw {
+    kind: Kind,
+    /// One for each UAV, or one for all.
+    laws: Vec<Py<PyAny>>,
+    fleet: Option<Fleet>,
+    seen: Vec<Seen>,
+    asked: Arc<Asked>,
+    /// What a team's law answered at this instant, by UAV.
+    answered: Option<Vec<Option<Answer>>>,
+    now: Time,
+    /// The picture of this instant, once somebody has asked.
+    picture: Option<Py<Picture>>,
+}
+
+/// What a law wants of a UAV.
+#[derive(Clone, Copy)]
+struct Answer {
+    command: Flown,
+    look_at: Option<LookAt>,
+    altitude_m: Option<f64>,
+    group: Option<u32>,
+}
+
+impl Brain for OwnLaw {
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        (self.now, self.answered, self.picture) = (now, None, None);
+        let observation = self.fleet.as_mut().map(|fleet| fleet.observe(now, uav, own, scan));
+        let report = scan.map(|scan| {
+            let Scan { boresight, detections } = scan;
+            // It has its own clock alone, which is that of the mission.
+            let sequence = u32::try_from(now.us() / 1000).unwrap_or(u32::MAX);
+            let (time, state, detections) = (now, *own, detections.to_vec());
+            Message::Report(Report { uav, epoch: 0, sequence, time, state, boresight, detections })
+        });
+        if let Some(seen) = self.seen.get_mut(uav.0 as usize) {
+            *seen = Seen { own: *own, report, observation, ..Seen::default() };
+        }
+    }
+
+    fn outbox(&self, uav: UavId) -> &[Message] {
+        // With a fleet all have heard already.
+        let said = self.seen.get(uav.0 as usize).filter(|_| self.fleet.is_none() || !self.kind.is_team_s);
+        said.map_or(&[], |seen| seen.report.as_slice())
+    }
+
+    fn hear(&mut self, uav: UavId, message: &Message) {
+        let Some(seen) = self.seen.get_mut(uav.0 as usize) else { return };
+        match message {
+            Message::Report(report) => seen.heard.push(report.clone()),
+            Message::Cue(cue) => {
+                seen.cues.push(*cue);
+                // Whatever one hears, all have heard.
+                if let (Some(fleet), Some(observation), 0) = (&mut self.fleet, &seen.observation, uav.0) {
+                    fleet.hear(observation, message);
+                }
+            }
+        }
+    }
+
+    fn decide(&mut self, uav: UavId) -> Step {
+        let own = self.seen.get(uav.0 as usize).map(|seen| seen.own);
+        let straight = Flown { speed_m_s: own.map_or(0.0, |own| own.speed_m_s), turn_rate_rad_s: 0.0 };
+        let observation = self.seen.get(uav.0 as usize).and_then(|seen| seen.observation);
+        let ours = match (&mut self.fleet, observation) {
+            (Some(fleet), Some(observation)) => Some(fleet.decide(&observation)),
+            _ => None,
+        };
+        let step = ours.unwrap_or(Step::of(straight));
+        if self.kind.replaces == Replaces::Assignment || self.asked.has_failed() {
+            return step;
+        }
+        let answer = Python::attach(|py| self.answer(py, uav, ours.as_ref())).unwrap_or_else(|error| {
+            self.asked.fail(error);
+            None
+        });
+        let Some(Answer { command, look_at, altitude_m, group }) = answer else { return step };
+        let group = group.map(GroupId).or(step.diagnostics.group);
+        // Of the law that steered nothing is told that it did not do: only where it is.
+        Step {
+            command,
+            look_at: look_at.or(step.look_at),
+            altitude_m: altitude_m.or(step.altitude_m),
+            diagnostics: Diagnostics { group, speed_limited: false, turn_rate_limited: false, ..step.diagnostics },
+        }
+    }
+
+    fn reported(&self) -> Reported {
+        if self.fleet.is_some() { Reported::default() } else { Reported::NOTHING }
+    }
+
+    fn report(&self, beliefs: &mut Beliefs) {
+        if let Some(fleet) = &self.fleet {
+            rows_of_picture(fleet.picture(), beliefs);
+        }
+    }
+}
+
+impl OwnLaw {
+    /// What the law wants of a UAV; `None`: what the product would do, or straight on.
+    fn answer(&mut self, py: Python<'_>, uav: UavId, ours: Option<&Step>) -> PyResult<Option<Answer>> {
+        let place = uav.0 as usize;
+        if !self.kind.is_team_s {
+            let observed = self.observed(py, place, ours)?;
+            let answer = self.asked.ask(self.laws[place].bind(py), (observed,))?;
+            return answer_of(&answer, self.laws[place].bind(py));
+        }
+        if self.answered.is_none() {
+            let mut all = Vec::new();
+            for place in 0..self.seen.len() {
+                // The product answers for the others first: whoever decides for all sees what it would do.
+                let ours = match (&mut self.fleet, self.seen[place].observation) {
+                    (Some(fleet), Some(observation)) => Some(fleet.decide(&observation)),
+                    _ => None,
+                };
+                all.push(self.observed(py, place, ours.as_ref())?);
+            }
+            let law = self.laws[0].bind(py);
+            let answers = self.asked.ask(law, (PyList::new(py, all)?,))?;
+            let answers: Vec<_> = answers.try_iter().and_then(Iterator::collect).map_err(|_: PyErr| {
+                PyTypeError::new_err(format!("{}.decide: a team's law gives a list of commands", law.get_type()))
+            })?;
+            if answers.len() != self.seen.len() {
+                return Err(PyValueError::new_err(format!(
+                    "{}.decide: gave {} commands for {} UAVs; one each",
+                    law.get_type(),
+                    answers.len(),
+                    self.seen.len()
+                )));
+            }
+            let answers = answers.iter().map(|answer| answer_of(answer, law)).collect::<PyResult<_>>()?;
+            self.answered = Some(answers);
+        }
+        Ok(self.answered.as_ref().and_then(|answers| *answers.get(place)?))
+    }
+
+    fn observed(&mut self, py: Python<'_>, place: usize, ours: Option<&Step>) -> PyResult<Py<Observed>> {
+        if self.kind.sees_picture && self.picture.is_none() {
+            let picture = self.fleet.as_ref().map(|fleet| Picture::of(py, fleet.picture()));
+            self.picture = picture.map(|picture| Py::new(py, picture)).transpose()?;
+        }
+        let Seen { own, report, heard, cues, .. } = &self.seen[place];
+        let report = match report {
+            Some(Message::Report(report)) => Some(report),
+            _ => None,
+        };
+        let picture = self.picture.as_ref().map(|picture| picture.clone_ref(py));
+        Py::new(py, Observed::new(py, self.now, (place as u32, own), report, (heard, cues), (picture, ours))?)
+    }
+}
+
+/// What a law has answered for a UAV.
+fn answer_of(answer: &Bound<'_, PyAny>, law: &Bound<'_, PyAny>) -> PyResult<Option<Answer>> {
+    if answer.is_none() {
+        return Ok(None);
+    }
+    let wrong = |what: &str| PyValueError::new_err(format!("{}.decide: {what}", law.get_type()));
+    let numbers = |speed_m_s: f64, turn_rate_rad_s: f64| {
+        if speed_m_s.is_finite() && turn_rate_rad_s.is_finite() {
+            Ok(Flown { speed_m_s, turn_rate_rad_s })
+        } else {
+            Err(wrong(&format!(
+                "wants speed_m_s = {speed_m_s}, turn_rate_rad_s = {turn_rate_rad_s}; both are finite numbers"
+            )))
+        }
+    };
+    if let Ok(command) = answer.cast::<Command>() {
+        let Command { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group } = command.get().clone();
+        let look_at = look_at.map(|[x, y, vx, vy]| LookAt {
+            position: Position::from_m(x, y),
+            velocity: Velocity::from_m_s(vx, vy),
+        });
+        return Ok(Some(Answer { command: numbers(speed_m_s, turn_rate_rad_s)?, look_at, altitude_m, group }));
+    }
+    let (speed_m_s, turn_rate_rad_s) = answer.extract::<(f64, f64)>().map_err(|_| {
+        wrong(&format!("gave {answer:.80}; a Command, (speed_m_s, turn_rate_rad_s), or None: as the product would"))
+    })?;
+    let command = numbers(speed_m_s, turn_rate_rad_s)?;
+    Ok(Some(Answer { command, look_at: None, altitude_m: None, group: None }))
+}
+
+/// A law that assigns UAVs to groups, written in Python.
+struct OwnAssignment {
+    law: Py<PyAny>,
+    asked: Arc<Asked>,
+}
+
+impl std::fmt::Debug for OwnAssignment {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("OwnAssignment")
+    }
+}
+
+impl AssignmentLaw for OwnAssignment {
+    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Option<Vec<Duty>> {
+        if self.asked.has_failed() {
+            return None;
+        }
+        Python::attach(|py| {
+            let law = self.law.bind(py);
+            let answer = self.asked.ask(law, (Choice::of(py, now, uavs, sites)?,))?;
+            if answer.is_none() {
+                return Ok(None);
+            }
+            let wrong = || {
+                PyTypeError::new_err(format!(
+                    "{}.decide: a law that assigns gives a dict of UAVs to groups, or None",
+                    law.get_type()
+                ))
+            };
+            let duties = answer.cast::<PyDict>().map_err(|_| wrong())?.iter().map(|(uav, group)| {
+                let (uav, group) = (uav.extract().map_err(|_| wrong())?, group.extract().map_err(|_| wrong())?);
+                Ok(Duty { uav: UavId(uav), group: GroupId(group) })
+            });
+            duties.collect::<PyResult<Vec<_>>>().map(Some)
+        })
+        .unwrap_or_else(|error| {
+            self.asked.fail(error);
+            None
+        })
+    }
+}

@@ -1,0 +1,354 @@
+//! `run`: a scenario flown into a record, and told.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, fly, has_older_run, refused, tell, warn};
+use standoff_sim::run::Mission;
+use standoff_sim::score::Choice;
+use tempfile::TempDir;
+
+use crate::failure::{InputError, StandoffError, raised};
+use crate::law::{self, Asked};
+use crate::scenario::changed_as_asked;
+use crate::table::Table;
+use crate::waiting::{Answering, Ended, listening};
+use crate::wanted::Wanted;
+
+/// The tables of a record.
+const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "views", "events"];
+
+/// A run in its folder: its record, and what it came to.
+///
+/// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.views`` and ``run.events`` are its
+/// tables (docs/record.md tells their columns). In a notebook it shows itself as the page; ``print`` gives the command's
+/// table.
+///
+/// :param dir: the folder of a run, of ``standoff run`` or :func:`run`; its summary and figures are made anew.
+/// :param metrics: names of metrics and sets of them, as of :func:`run`.
+/// :raises InputError: there is no record, or it is damaged.
+#[pyclass(frozen, weakref, module = "standoff")]
+pub(crate) struct Run {
+    dir: PathBuf,
+    /// Where nobody named a folder: it goes with the run.
+    _temporary: Option<TempDir>,
+    summary: String,
+    told: String,
+}
+
+/// Everything a flight is given that a thread of its own may take along.
+struct Flight {
+    scenario: standoff_sim::scenario::Scenario,
+    out: PathBuf,
+    maps: Maps,
+    choice: Choice,
+    with_yardstick: bool,
+    stop: Arc<AtomicBool>,
+    notes: Notes,
+}
+
+/// What is noteworthy, for warnings.
+#[derive(Clone, Default)]
+pub(crate) struct Notes(Arc<Mutex<Vec<String>>>);
+
+impl Notes {
+    pub(crate) fn say(&self, line: &str) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
+    }
+
+    /// As warnings of Python.
+    pub(crate) fn warn(&self, py: Python<'_>) -> PyResult<()> {
+        let notes = std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        let warnings = py.import("warnings")?;
+        notes.iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(|_| ()))
+    }
+}
+
+impl Flight {
+    /// Flies the mission, publishes the record and tells it.
+    fn fly<B: standoff_sim::brain::Brain>(
+        &self,
+        mission: &mut Mission<B>,
+        go_on: impl Fn() -> bool,
+    ) -> Result<(String, String), Failure> {
+        let say = |line: &str| self.notes.say(line);
+        let map = self.maps.of_scenario(&self.scenario, &say)?;
+        let closed = fly(&self.scenario, mission, &self.out, map.as_ref(), &say, go_on, |_| {})?;
+        let told = tell(closed.dir(), &self.out, self.choice, &say);
+        closed.publish().map_err(Failure::running)?;
+        let Told { mut outcome, written } = told?;
+        written?;
+        outcome.yardstick = self.with_yardstick.then(|| Yardsticked::of(&self.scenario).yardstick);
+        let summary = outcome.json().map_err(Failure::running)?;
+        Ok((summary, outcome.told(&self.out, Telling { per_target: true, ..Telling::default() })))
+    }
+}
+
+/// Flies a scenario into a record: the same files, to the byte, as ``standoff run``, and the same numbers.
+///
+/// :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`. None: what the command
+///     flies: ``best/figure-9``, or over traffic ``traffic/convoy``.
+/// :param seed: seed of everything random, 0 to 2**63 - 1.
+/// :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
+/// :param uavs: number of UAVs, started on an orbit about the first targets.
+/// :param set: values of the scenario to change, by dotted key.
+/// :param metrics: names of docs/metrics.md and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
+///     between, or a list.
+/// :param out: folder for the results. None: a temporary one, which goes with the run.
+/// :param maps: SUMO nets or GeoJSON to show under the vehicles.
+/// :param law: a law of your own that flies in the place of the product: a class like :class:`Law`, or whatever is called
+///     with a :class:`Briefing` and gives an object that decides.
+/// :param law_limit_s: how long a law may take to answer, s, above 0.
+/// :param yardstick: tell beside it what greedy discs that know where every target is would watch.
+/// :returns: the run.
+/// :raises ScenarioError: the scenario cannot be used; what is wrong is drawn under what was typed.
+/// :raises InputError: another argument is wrong, or ``out`` holds something else.
+/// :raises StandoffError: something failed while running: the disk, a law that never answers. What a law raises comes as it
+///     is. A note says what is kept of the run.
+#[pyfunction]
+#[pyo3(signature = (
+    scenario=None, *, seed=1, traffic=None, uavs=None, set=None, metrics=Wanted::default(), out=None, maps=vec![],
+    law=None, law_limit_s=10.0, yardstick=false
+))]
+#[expect(clippy::too_many_arguments, reason = "Python's are named")]
+pub(crate) fn run(
+    py: Python<'_>,
+    scenario: Option<&Bound<'_, PyAny>>,
+    seed: u64,
+    traffic: Option<PathBuf>,
+    uavs: Option<u32>,
+    set: Option<&Bound<'_, PyDict>>,
+    metrics: Wanted,
+    out: Option<PathBuf>,
+    maps: Vec<PathBuf>,
+    law: Option<&Bound<'_, PyAny>>,
+    law_limit_s: f64,
+    yardstick: bool,
+) -> PyResult<Run> {
+    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(seed)?;
+    let choice = metrics.choice()?;
+    let temporary = match out {
+        None => Some(temporary_folder()?),
+        Some(_) => None,
+    };
+    let out = out.or_else(|| temporary.as_ref().map(|dir| dir.path().join("run"))).unwrap_or_default();
+    // Without a slash at its end: a link to a folder would be followed half of the way.
+    let out: PathBuf = out.components().collect();
+    let notes = Notes::default();
+    warn(&scenario, "", &|line| notes.say(line));
+    if has_older_run(&scenario, &out).map_err(|failure| raised(&failure))? {
+        notes.say(&format!("note: replacing the older run in {}", out.display()));
+    }
+    let answering = law.map(|_| answering(law_limit_s)).transpose()?;
+    let own = match (law, &answering) {
+        (Some(law), Some(answering)) => Some(law::mission(py, &scenario, law, &answering.asked)?),
+        _ => None,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    let flight = Flight {
+        scenario,
+        out: out.clone(),
+        maps: Maps(maps),
+        choice,
+        with_yardstick: yardstick,
+        stop: Arc::clone(&stop),
+        notes: notes.clone(),
+    };
+    let asked = answering.as_ref().map(|answering| Arc::clone(&answering.asked));
+    let work = move || {
+        let goes_on = || !flight.stop.load(Ordering::Relaxed);
+        match (own, asked) {
+            (Some(mut mission), Some(asked)) => flight.fly(&mut mission, || goes_on() && !asked.has_failed()),
+            _ => {
+                let mission = Mission::new(&flight.scenario);
+                let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
+                flight.fly(&mut mission, goes_on)
+            }
+        }
+    };
+    let Ended { done, raised: came } = listening(py, &stop, answering.as_ref(), work)?;
+    let came = came.or_else(|| answering.and_then(|answering| answering.asked.take()));
+    notes.warn(py)?;
+    let (summary, told) = match (done, came) {
+        (Ok(told), None) => told,
+        (Err(failure), None) => return Err(raised(&failure)),
+        // What was raised comes first: that the run ended follows from it.
+        (done, Some(error)) => {
+            if let (Err(failure), true) = (&done, temporary.is_none()) {
+                error.add_note(py, &failure.told(false).join("\n"))?;
+            }
+            return Err(error);
+        }
+    };
+    Ok(Run { dir: out, _temporary: temporary, summary, told })
+}
+
+/// How a law is asked that may take so long to answer.
+pub(crate) fn answering(limit_s: f64) -> PyResult<Answering> {
+    match Duration::try_from_secs_f64(limit_s) {
+        Ok(limit) if !limit.is_zero() => Ok(Answering { asked: Arc::new(Asked::new()), limit }),
+        _ => Err(InputError::new_err(format!("law_limit_s is {limit_s}; it is a time in seconds above 0"))),
+    }
+}
+
+fn temporary_folder() -> PyResult<TempDir> {
+    let folder = tempfile::Builder::new().prefix("standoff-").tempdir();
+    folder.map_err(|reason| StandoffError::new_err(format!("a temporary folder cannot be made: {reason}; name one with out")))
+}
+
+/// What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
+///
+/// :param scenario: as of :func:`run`, as are the other parameters.
+/// :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.
+/// :raises ScenarioError: the scenario cannot be used.
+#[pyfunction]
+#[pyo3(signature = (scenario=None, *, seed=1, traffic=None, uavs=None, set=None))]
+pub(crate) fn yardstick<'py>(
+    py: Python<'py>,
+    scenario: Option<&Bound<'py, PyAny>>,
+    seed: u64,
+    traffic: Option<PathBuf>,
+    uavs: Option<u32>,
+    set: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(seed)?;
+    let notes = Notes::default();
+    warn(&scenario, "", &|line| notes.say(line));
+    notes.warn(py)?;
+    let work = move || Yardsticked::of(&scenario).json();
+    let Ended { done, raised } = listening(py, &Arc::default(), None, work)?;
+    raised.map_or(Ok(()), Err)?;
+    parsed(py, &done.map_err(|error| StandoffError::new_err(error.to_string()))?)
+}
+
+/// JSON as Python's objects.
+pub(crate) fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (json,))
+}
+
+#[pymethods]
+impl Run {
+    #[new]
+    #[pyo3(signature = (dir, *, metrics=Wanted::default()))]
+    fn new(py: Python<'_>, dir: PathBuf, metrics: Wanted) -> PyResult<Self> {
+        let (choice, notes) = (metrics.choice()?, Notes::default());
+        let (place, say) = (dir.clone(), notes.clone());
+        let work = move || -> Result<_, Failure> {
+            let Told { outcome, written } = tell(&place, &place, choice, &|line| say.say(line))?;
+            written?;
+            let told = outcome.told(&place, Telling { per_target: true, ..Telling::default() });
+            Ok((outcome.json().map_err(Failure::running)?, told))
+        };
+        let Ended { done, raised: came } = listening(py, &Arc::default(), None, work)?;
+        notes.warn(py)?;
+        came.map_or(Ok(()), Err)?;
+        let (summary, told) = done.map_err(|failure| raised(&failure))?;
+        Ok(Self { dir, _temporary: None, summary, told })
+    }
+
+    /// The folder of the run.
+    #[getter]
+    fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// ``summary.json`` as a dict: what was flown, metrics, events, how each target fared.
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        Ok(parsed(py, &self.summary)?.cast_into()?)
+    }
+
+    /// What the run came to: a float by the name of each metric, None where there was nothing to measure.
+    #[getter]
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        Ok(self.summary(py)?.as_any().get_item("metrics")?.cast_into()?)
+    }
+
+    /// The scenario that was flown, every value drawn and spelt out, TOML.
+    #[getter]
+    fn scenario_toml(&self) -> PyResult<String> {
+        let path = self.dir.join("scenario.toml");
+        fs::read_to_string(&path).map_err(|reason| InputError::new_err(format!("{}: {reason}", path.display())))
+    }
+
+    /// A table of the record.
+    ///
+    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``.
+    /// :raises KeyError: there is no table of that name.
+    fn table(this: &Bound<'_, Self>, name: &str) -> PyResult<Table> {
+        if !TABLES.contains(&name) {
+            return Err(PyKeyError::new_err(format!("no table {name:?}; there are {}", TABLES.join(", "))));
+        }
+        Table::open(&this.get().dir.join(format!("{name}.parquet")), Some(this.clone().into_any().unbind()))
+    }
+
+    /// Each UAV at each instant.
+    #[getter]
+    fn uavs(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "uavs")
+    }
+
+    /// Each target as it really was.
+    #[getter]
+    fn truth(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "truth")
+    }
+
+    /// Each track: what the team believed of a target.
+    #[getter]
+    fn tracks(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "tracks")
+    }
+
+    /// Each group and the orbit about it.
+    #[getter]
+    fn groups(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "groups")
+    }
+
+    /// What the sensors said.
+    #[getter]
+    fn detections(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "detections")
+    }
+
+    /// Which targets were in whose view.
+    #[getter]
+    fn views(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "views")
+    }
+
+    /// What happened.
+    #[getter]
+    fn events(this: &Bound<'_, Self>) -> PyResult<Table> {
+        Self::table(this, "events")
+    }
+
+    fn __str__(&self) -> &str {
+        &self.told
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let summary = self.summary(py)?;
+        let (scenario, seed) = (summary.as_any().get_item("scenario")?, summary.as_any().get_item("seed")?);
+        Ok(format!("Run({scenario}, seed {seed}, {:?})", self.dir))
+    }
+
+    /// As a notebook shows it: the page that replays it.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let Ok(page) = fs::read_to_string(self.dir.join("report.html")) else { return Ok(None) };
+        framed(py, &page).map(Some)
+    }
+}
+
+/// A page in a frame of its own, with nothing to fetch.
+pub(crate) fn framed(py: Python<'_>, page: &str) -> PyResult<String> {
+    let page: String = py.import("html")?.call_method1("escape", (page,))?.extract()?;
+    Ok(format!("<iframe style=\"width: 100%; height: 640px; border: 0\" srcdoc=\"{page}\"></iframe>"))
+}
