@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use standoff_results::{Failure, of_batch, save, warn};
@@ -83,7 +84,7 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
         return Err(Failure::Input(what.to_owned()));
     }
     let (a, b) = (Path::new(&args.a), Path::new(b));
-    let comparison = compare_results(a, b).map_err(of_batch)?;
+    let comparison = compare_results(a, b, &AtomicBool::new(false)).map_err(of_batch)?;
     if let Some(file) = &args.report {
         if file.extension().is_none_or(|extension| extension != "html") {
             let what = "--report: must be called *.html, so that nothing else is replaced";
@@ -103,7 +104,9 @@ fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     };
     let (first, second) = (load(&args.a, &[])?, load(b, &args.set_b)?);
     let choice = args.wanted.choice;
-    let mut comparison = compare(&first, &second, args.seed, args.runs, choice, args.threads).map_err(of_batch)?;
+    let never = AtomicBool::new(false);
+    let flown = compare(&first, &second, args.seed, args.runs, choice, args.threads, &never);
+    let mut comparison = flown.map_err(of_batch)?;
     for change in &args.set_b {
         comparison.b += &format!(" {change}");
     }

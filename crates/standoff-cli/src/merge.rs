@@ -1,6 +1,7 @@
 //! `standoff merge`: puts the shards of a batch together.
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use standoff_results::{Failure, of_batch};
@@ -31,6 +32,6 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let merged = merge(&args.dirs, &args.out).map_err(of_batch)?;
+    let merged = merge(&args.dirs, &args.out, &AtomicBool::new(false)).map_err(of_batch)?;
     Told::of(&merged, args.json)?.put(&merged)
 }

@@ -36,11 +36,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let told = Yardsticked::of(&scenario);
-    print(&if args.json {
-        told.json().map_err(Failure::running)?
-    } else {
-        text::lines(&table(&told))
-    })
+    print(&if args.json { told.json().map_err(Failure::running)? } else { text::lines(&table(&told)) })
 }
 
 fn table(told: &Yardsticked) -> String {

@@ -54,7 +54,7 @@ pub fn panic_is_expected() -> bool {
 
 /// Runs the library of Parquet on bytes of which nobody knows where they have been: it panics on some
 /// damaged files (60.1: a dictionary page that is missing, for one) where an error is due.
-pub(crate) fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> Result<T, Error> {
+pub fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> Result<T, Error> {
     EXPECTED.set(true);
     // What a panic leaves half done is not used again: the error ends the reading.
     let done = catch_unwind(AssertUnwindSafe(read));

@@ -31,6 +31,6 @@ mod source;
 mod thrift;
 
 pub use blocks::Blocks;
-pub use error::{Error, panic_is_expected};
+pub use error::{Error, guarded, panic_is_expected};
 pub use plausible::{MAX_CELL, MAX_ROWS};
 pub use source::{Footer, Source};

@@ -4,6 +4,7 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use standoff_results::Failure;
+use standoff_sim::monte_carlo::MonteCarloError;
 
 create_exception!(standoff, StandoffError, PyException, "Something failed while running: a disk, a run.");
 create_exception!(standoff, InputError, PyValueError, "Wrong input: a scenario, a record, an argument.");
@@ -27,4 +28,9 @@ pub(crate) fn raised(failure: &Failure) -> PyErr {
 
 pub(crate) fn of_scenario(error: standoff_sim::scenario::ScenarioError) -> PyErr {
     raised(&Failure::Scenario(error))
+}
+
+/// Of a batch of runs. Whoever interrupts it raises what has interrupted it.
+pub(crate) fn of_batch(error: MonteCarloError) -> PyErr {
+    raised(&standoff_results::of_batch(error))
 }

@@ -9,15 +9,15 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use standoff::{
-    AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LookAt, Message, Observation,
-    Position, Report, Scan, Site, Step, Time, UavId, UavState, Velocity,
+    AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LookAt, Message,
+    Observation, Position, Report, Scan, Site, Step, Time, UavId, UavState, Velocity,
 };
 use standoff_sim::brain::{Beliefs, Brain, Reported};
 use standoff_sim::rows_of_picture;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 
-pub(crate) use asked::Asked;
+pub(crate) use asked::{Answering, Asked};
 pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
 
 use crate::failure::InputError;
@@ -300,10 +300,8 @@ fn answer_of(answer: &Bound<'_, PyAny>, law: &Bound<'_, PyAny>) -> PyResult<Opti
     };
     if let Ok(command) = answer.cast::<Command>() {
         let Command { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group } = command.get().clone();
-        let look_at = look_at.map(|[x, y, vx, vy]| LookAt {
-            position: Position::from_m(x, y),
-            velocity: Velocity::from_m_s(vx, vy),
-        });
+        let look_at = look_at
+            .map(|[x, y, vx, vy]| LookAt { position: Position::from_m(x, y), velocity: Velocity::from_m_s(vx, vy) });
         return Ok(Some(Answer { command: numbers(speed_m_s, turn_rate_rad_s)?, look_at, altitude_m, group }));
     }
     let (speed_m_s, turn_rate_rad_s) = answer.extract::<(f64, f64)>().map_err(|_| {

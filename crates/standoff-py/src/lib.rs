@@ -1,9 +1,16 @@
 //! The Python module `standoff._standoff`: what the package `standoff` in `python/` is made of.
 
+mod asked_for;
+mod batch;
+mod comparison;
 mod failure;
+mod folder;
 mod law;
 mod pieces;
+mod run;
 mod scenario;
+mod table;
+mod waiting;
 
 use pyo3::prelude::*;
 
@@ -11,11 +18,21 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _standoff {
     #[pymodule_export]
+    use super::batch::{_described, _difference, _fly_described, Batch, merge, monte_carlo};
+    #[pymodule_export]
+    use super::comparison::{Comparison, compare};
+    #[pymodule_export]
     use super::failure::{InputError, ScenarioError, StandoffError};
+    #[pymodule_export]
+    use super::law::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
     #[pymodule_export]
     use super::pieces::wrapped_angle_rad;
     #[pymodule_export]
+    use super::run::{Run, run, yardstick};
+    #[pymodule_export]
     use super::scenario::{Scenario, scenarios};
+    #[pymodule_export]
+    use super::table::Table;
 
     #[expect(non_upper_case_globals, reason = "it is called so in Python")]
     #[pymodule_export]

@@ -4,22 +4,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, fly, has_older_run, refused, tell, warn};
+use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, fly, has_older_run, refused, tell};
 use standoff_sim::run::Mission;
 use standoff_sim::score::Choice;
-use tempfile::TempDir;
 
+use crate::asked_for::{Wanted, count, json, warn, warning};
 use crate::failure::{InputError, StandoffError, raised};
-use crate::law::{self, Asked};
+use crate::folder::in_folder;
+use crate::law::{self, Answering};
 use crate::scenario::changed_as_asked;
 use crate::table::Table;
-use crate::waiting::{Answering, Ended, listening};
-use crate::wanted::Wanted;
+use crate::waiting::{Ended, listening};
 
 /// The tables of a record.
 const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "views", "events"];
@@ -36,8 +35,6 @@ const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "v
 #[pyclass(frozen, weakref, module = "standoff")]
 pub(crate) struct Run {
     dir: PathBuf,
-    /// Where nobody named a folder: it goes with the run.
-    _temporary: Option<TempDir>,
     summary: String,
     told: String,
 }
@@ -48,8 +45,7 @@ struct Flight {
     out: PathBuf,
     maps: Maps,
     choice: Choice,
-    with_yardstick: bool,
-    stop: Arc<AtomicBool>,
+    yardstick: bool,
     notes: Notes,
 }
 
@@ -65,8 +61,7 @@ impl Notes {
     /// As warnings of Python.
     pub(crate) fn warn(&self, py: Python<'_>) -> PyResult<()> {
         let notes = std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner));
-        let warnings = py.import("warnings")?;
-        notes.iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(|_| ()))
+        notes.iter().try_for_each(|note| warning(py, note))
     }
 }
 
@@ -84,7 +79,7 @@ impl Flight {
         closed.publish().map_err(Failure::running)?;
         let Told { mut outcome, written } = told?;
         written?;
-        outcome.yardstick = self.with_yardstick.then(|| Yardsticked::of(&self.scenario).yardstick);
+        outcome.yardstick = self.yardstick.then(|| Yardsticked::of(&self.scenario).yardstick);
         let summary = outcome.json().map_err(Failure::running)?;
         Ok((summary, outcome.told(&self.out, Telling { per_target: true, ..Telling::default() })))
     }
@@ -120,7 +115,7 @@ impl Flight {
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
-    seed: u64,
+    seed: i64,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
     set: Option<&Bound<'_, PyDict>>,
@@ -130,76 +125,52 @@ pub(crate) fn run(
     law: Option<&Bound<'_, PyAny>>,
     law_limit_s: f64,
     yardstick: bool,
-) -> PyResult<Run> {
-    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(seed)?;
+) -> PyResult<Py<Run>> {
+    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(count("seed", seed, 0)?)?;
     let choice = metrics.choice()?;
-    let temporary = match out {
-        None => Some(temporary_folder()?),
-        Some(_) => None,
-    };
-    let out = out.or_else(|| temporary.as_ref().map(|dir| dir.path().join("run"))).unwrap_or_default();
-    // Without a slash at its end: a link to a folder would be followed half of the way.
-    let out: PathBuf = out.components().collect();
-    let notes = Notes::default();
-    warn(&scenario, "", &|line| notes.say(line));
-    if has_older_run(&scenario, &out).map_err(|failure| raised(&failure))? {
-        notes.say(&format!("note: replacing the older run in {}", out.display()));
-    }
-    let answering = law.map(|_| answering(law_limit_s)).transpose()?;
+    warn(py, &scenario)?;
+    let answering = law.map(|_| Answering::within(law_limit_s)).transpose()?;
     let own = match (law, &answering) {
         (Some(law), Some(answering)) => Some(law::mission(py, &scenario, law, &answering.asked)?),
         _ => None,
     };
-    let stop = Arc::new(AtomicBool::new(false));
-    let flight = Flight {
-        scenario,
-        out: out.clone(),
-        maps: Maps(maps),
-        choice,
-        with_yardstick: yardstick,
-        stop: Arc::clone(&stop),
-        notes: notes.clone(),
-    };
-    let asked = answering.as_ref().map(|answering| Arc::clone(&answering.asked));
-    let work = move || {
-        let goes_on = || !flight.stop.load(Ordering::Relaxed);
-        match (own, asked) {
-            (Some(mut mission), Some(asked)) => flight.fly(&mut mission, || goes_on() && !asked.has_failed()),
-            _ => {
-                let mission = Mission::new(&flight.scenario);
-                let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
-                flight.fly(&mut mission, goes_on)
+    let is_named = out.is_some();
+    in_folder(py, out, |out| {
+        // Without a slash at its end: a link to a folder would be followed half of the way.
+        let out: PathBuf = out.components().collect();
+        let (stop, notes) = (Arc::new(AtomicBool::new(false)), Notes::default());
+        if has_older_run(&scenario, &out).map_err(|failure| raised(&failure))? {
+            notes.say(&format!("note: replacing the older run in {}", out.display()));
+        }
+        let asked = answering.as_ref().map(|answering| Arc::clone(&answering.asked));
+        let stopped = Arc::clone(&stop);
+        let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), choice, yardstick, notes: notes.clone() };
+        let work = move || {
+            let goes_on = || !stopped.load(Ordering::Relaxed);
+            match (own, asked) {
+                (Some(mut mission), Some(asked)) => flight.fly(&mut mission, || goes_on() && !asked.has_failed()),
+                _ => {
+                    let mission = Mission::new(&flight.scenario);
+                    let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
+                    flight.fly(&mut mission, goes_on)
+                }
+            }
+        };
+        let ended = listening(py, &stop, answering.as_ref(), || Ok(()), work)?;
+        notes.warn(py)?;
+        let came = ended.raised.or_else(|| answering.and_then(|answering| answering.asked.take()));
+        match (ended.done, came) {
+            (Ok((summary, told)), None) => Ok(Run { dir: out, summary, told }),
+            (Err(failure), None) => Err(raised(&failure)),
+            // What was raised comes first: that the run ended follows from it.
+            (done, Some(error)) => {
+                if let (Err(failure), true) = (&done, is_named) {
+                    error.add_note(py, failure.told(false).join("\n"))?;
+                }
+                Err(error)
             }
         }
-    };
-    let Ended { done, raised: came } = listening(py, &stop, answering.as_ref(), work)?;
-    let came = came.or_else(|| answering.and_then(|answering| answering.asked.take()));
-    notes.warn(py)?;
-    let (summary, told) = match (done, came) {
-        (Ok(told), None) => told,
-        (Err(failure), None) => return Err(raised(&failure)),
-        // What was raised comes first: that the run ended follows from it.
-        (done, Some(error)) => {
-            if let (Err(failure), true) = (&done, temporary.is_none()) {
-                error.add_note(py, &failure.told(false).join("\n"))?;
-            }
-            return Err(error);
-        }
-    };
-    Ok(Run { dir: out, _temporary: temporary, summary, told })
-}
-
-/// How a law is asked that may take so long to answer.
-pub(crate) fn answering(limit_s: f64) -> PyResult<Answering> {
-    match Duration::try_from_secs_f64(limit_s) {
-        Ok(limit) if !limit.is_zero() => Ok(Answering { asked: Arc::new(Asked::new()), limit }),
-        _ => Err(InputError::new_err(format!("law_limit_s is {limit_s}; it is a time in seconds above 0"))),
-    }
-}
-
-fn temporary_folder() -> PyResult<TempDir> {
-    let folder = tempfile::Builder::new().prefix("standoff-").tempdir();
-    folder.map_err(|reason| StandoffError::new_err(format!("a temporary folder cannot be made: {reason}; name one with out")))
+    })
 }
 
 /// What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
@@ -212,24 +183,17 @@ fn temporary_folder() -> PyResult<TempDir> {
 pub(crate) fn yardstick<'py>(
     py: Python<'py>,
     scenario: Option<&Bound<'py, PyAny>>,
-    seed: u64,
+    seed: i64,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
     set: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(seed)?;
-    let notes = Notes::default();
-    warn(&scenario, "", &|line| notes.say(line));
-    notes.warn(py)?;
+    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(count("seed", seed, 0)?)?;
+    warn(py, &scenario)?;
     let work = move || Yardsticked::of(&scenario).json();
-    let Ended { done, raised } = listening(py, &Arc::default(), None, work)?;
+    let Ended { done, raised } = listening(py, &AtomicBool::default(), None, || Ok(()), work)?;
     raised.map_or(Ok(()), Err)?;
-    parsed(py, &done.map_err(|error| StandoffError::new_err(error.to_string()))?)
-}
-
-/// JSON as Python's objects.
-pub(crate) fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
-    py.import("json")?.call_method1("loads", (json,))
+    json(py, &done.map_err(|error| StandoffError::new_err(error.to_string()))?)
 }
 
 #[pymethods]
@@ -245,11 +209,11 @@ impl Run {
             let told = outcome.told(&place, Telling { per_target: true, ..Telling::default() });
             Ok((outcome.json().map_err(Failure::running)?, told))
         };
-        let Ended { done, raised: came } = listening(py, &Arc::default(), None, work)?;
+        let Ended { done, raised: came } = listening(py, &AtomicBool::default(), None, || Ok(()), work)?;
         notes.warn(py)?;
         came.map_or(Ok(()), Err)?;
         let (summary, told) = done.map_err(|failure| raised(&failure))?;
-        Ok(Self { dir, _temporary: None, summary, told })
+        Ok(Self { dir, summary, told })
     }
 
     /// The folder of the run.
@@ -261,7 +225,7 @@ impl Run {
     /// ``summary.json`` as a dict: what was flown, metrics, events, how each target fared.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        Ok(parsed(py, &self.summary)?.cast_into()?)
+        Ok(json(py, &self.summary)?.cast_into()?)
     }
 
     /// What the run came to: a float by the name of each metric, None where there was nothing to measure.

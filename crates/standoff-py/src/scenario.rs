@@ -28,7 +28,7 @@ pub(crate) struct Scenario {
 }
 
 /// What was typed, and where.
-#[derive(Clone)]
+#[derive(Clone, PartialEq, Eq)]
 enum Source {
     Named(String),
     Toml { name: String, toml: String, folder: PathBuf },
@@ -45,6 +45,12 @@ impl Scenario {
 
     pub(crate) fn template(&self) -> &Template {
         &self.template
+    }
+
+    /// What is set beyond `other`, where this is `other` changed.
+    pub(crate) fn changes_of(&self, other: &Self) -> &[String] {
+        let is_of_it = self.source == other.source;
+        is_of_it.then(|| self.edits.set.strip_prefix(other.edits.set.as_slice())).flatten().unwrap_or_default()
     }
 
     /// The scenario of a seed.
@@ -128,6 +134,12 @@ impl Scenario {
     #[getter]
     fn name(&self) -> &str {
         self.template.name()
+    }
+
+    /// The traffic file, if it is flown over one that is not built in.
+    #[getter]
+    fn traffic_file(&self) -> Option<PathBuf> {
+        self.template.traffic_file()
     }
 
     /// The scenario as TOML with its changes and all defaults spelt out, before anything is drawn.

@@ -63,7 +63,7 @@ pub fn fly_all(
     choice: Choice,
     threads: Option<NonZeroUsize>,
 ) -> Result<Vec<Metrics>, MonteCarloError> {
-    in_order(seeds, threads, |seed, halt| fly_seed(template, seed, choice, || !halt.is_up()))
+    in_order(seeds, threads, &AtomicBool::new(false), |seed, halt| fly_seed(template, seed, choice, || !halt.is_up()))
 }
 
 /// Looks at the scenario of each of these seeds, on so many threads (`None`: one per core); gives what was found in the
@@ -74,22 +74,24 @@ pub fn each_seed<T: Send>(
     threads: Option<NonZeroUsize>,
     look: impl Fn(&Scenario) -> T + Sync,
 ) -> Result<Vec<T>, MonteCarloError> {
-    in_order(seeds, threads, |seed, _| {
+    in_order(seeds, threads, &AtomicBool::new(false), |seed, _| {
         template.draw(seed).map(|scenario| look(&scenario)).map_err(|problem| MonteCarloError::seed(seed, problem))
     })
 }
 
-/// Does `work` for every seed on many threads; gives the results in the order of the seeds.
+/// Does `work` for every seed on many threads; gives the results in the order of the seeds. When `stop` is set, an error
+/// that says so.
 fn in_order<T: Send>(
     seeds: Range<u64>,
     threads: Option<NonZeroUsize>,
+    stop: &AtomicBool,
     work: impl Fn(u64, &Halt<'_>) -> Result<T, MonteCarloError> + Sync,
 ) -> Result<Vec<T>, MonteCarloError> {
     // It grows as they come: no memory is taken for what may never be flown.
     let mut rows: Vec<Option<T>> = Vec::new();
     let first = seeds.start;
     let work = |seed, halt: &Halt<'_>| Ok((seed, work(seed, halt)?));
-    work_through(seeds.map(Ok), threads, &AtomicBool::new(false), work, |done| {
+    work_through(seeds.map(Ok), threads, stop, work, |done| {
         if let Some((seed, row)) = done {
             let place = (seed - first) as usize;
             rows.resize_with(rows.len().max(place + 1), || None);
@@ -97,6 +99,7 @@ fn in_order<T: Send>(
         }
         Ok(())
     })?;
+    unless_set(stop)?;
     Ok(rows.into_iter().flatten().collect())
 }
 
@@ -158,12 +161,14 @@ pub fn fly_into(
         journal.sync()?;
     }
     flown?;
-    if stop.load(Ordering::Relaxed) {
-        return Err(MonteCarloError::Interrupted);
-    }
+    unless_set(stop)?;
     let results = results::write(dir, batch, journal.complete_rows(stop)?, stop)?;
     journal.remove()?;
     Ok(results)
+}
+
+fn unless_set(stop: &AtomicBool) -> Result<(), MonteCarloError> {
+    if stop.load(Ordering::Relaxed) { Err(MonteCarloError::Interrupted) } else { Ok(()) }
 }
 
 /// The results of a batch that is complete in `dir`. What lies beside its rows is put right, and what a process that ended
@@ -192,9 +197,7 @@ fn check_build(
     let seed = batch.seed_of(run);
     let again = batch.values(&fly_seed(template, seed, batch.choice()?, || !stop.load(Ordering::Relaxed))?);
     let bits = |values: &[Option<f64>]| values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>();
-    if stop.load(Ordering::Relaxed) {
-        return Err(MonteCarloError::Interrupted);
-    }
+    unless_set(stop)?;
     if bits(&again) == bits(&kept) {
         return Ok(());
     }

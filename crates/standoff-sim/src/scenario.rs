@@ -24,7 +24,7 @@ mod team;
 mod tests;
 mod traffic;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
@@ -123,6 +123,11 @@ impl Template {
     /// defaults spelt out. Of a traffic file only the name is in it: see [`Self::traffic_crc32`].
     pub fn text(&self) -> Result<String, ScenarioError> {
         resolve::text(&self.typed.origin.label, &self.typed.file)
+    }
+
+    /// The traffic file, if it is one that is not built in.
+    pub fn traffic_file(&self) -> Option<PathBuf> {
+        traffic::file(&self.typed)
     }
 
     /// A checksum of what was read from the traffic file, whatever its name and form.

@@ -16,6 +16,9 @@ use standoff_sim::run::fly;
 use standoff_sim::scenario::{Edits, Template};
 use standoff_sim::score::{Choice, Metrics};
 
+/// Nobody stops it.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 /// Twenty seconds of the paper's pair, so that many runs are soon flown; what is out of view is not scored at once, and
 /// so has no value at the start.
 fn pair(set: &[&str]) -> Template {
@@ -114,7 +117,7 @@ fn a_batch_is_the_same_to_the_byte_on_any_threads_in_any_parts_and_after_any_sto
             fly_whole(&part(index), &template, &batch(&template, 17, Some((index, of))), 2);
         }
         let parts: Vec<PathBuf> = (0..of).rev().map(part).collect();
-        let merged = merge(&parts, &at(&format!("merged {of}"))).unwrap();
+        let merged = merge(&parts, &at(&format!("merged {of}")), &NEVER).unwrap();
         assert_eq!(merged.summary().unwrap(), results.summary().unwrap());
         check_same(&at("one"), &at(&format!("merged {of}")));
     }
@@ -173,7 +176,7 @@ fn a_complete_batch_is_put_right() {
     let _ = fly_until(&at("begun"), &template, &whole, 1, 1);
     let journal = fs::read(at("begun").join("monte-carlo.journal")).unwrap();
     let again: [&dyn Fn(); 2] =
-        [&|| drop(fly_whole(&at("out"), &template, &whole, 1)), &|| drop(merge(&parts, &at("out")).unwrap())];
+        [&|| drop(fly_whole(&at("out"), &template, &whole, 1)), &|| drop(merge(&parts, &at("out"), &NEVER).unwrap())];
     again[0]();
     for again in again {
         for damage in [Some(&b"{}"[..]), Some(&[b' '; 100_000]), None] {
@@ -326,7 +329,43 @@ fn a_seed_that_cannot_be_flown_is_named_and_the_others_are_kept() {
         check_refused(fly_all(&template, 5..25, choice(), threads(n)), &[&format!("seed {bad}: ")]);
     }
     // No room is made for a hundred million runs before they are flown.
-    check_refused(compare(&template, &template, 5, 100_000_000, choice(), threads(2)), &[&format!("seed {bad}: ")]);
+    check_refused(
+        compare(&template, &template, 5, 100_000_000, choice(), threads(2), &NEVER),
+        &[&format!("seed {bad}: ")],
+    );
+}
+
+/// What is flown on another machine, told as text.
+#[test]
+fn a_batch_is_told_as_text_and_another_versions_is_refused() {
+    let whole = batch(&pair(&[]), 6, None);
+    let json = whole.json().unwrap();
+    assert_eq!(Batch::of_json(&json).unwrap(), whole);
+    let part = Shard { index: 1, of: 3 };
+    assert_eq!(whole.part(part).unwrap(), batch(&pair(&[]), 6, Some((1, 3))));
+    check_refused(whole.part(Shard { index: 7, of: 7 }), &["shard 7/7 of 6 runs", "at least one run"]);
+    let version = env!("CARGO_PKG_VERSION");
+    let other = json.replace(&format!("\"version\":\"{version}\""), "\"version\":\"0.0.9\"");
+    check_refused(Batch::of_json(&other), &["of standoff 0.0.9", &format!("this is {version}")]);
+    check_refused(Batch::of_json(&json[..99]), &["a batch as text: "]);
+    check_refused(Batch::of_json(&json.replace("\"runs\":6", "\"runs\":0")), &["the number of runs is 0"]);
+}
+
+#[test]
+fn what_is_stopped_is_no_comparison_and_no_merged_batch() {
+    let home = tempfile::tempdir().unwrap();
+    let (template, out) = (pair(&[]), home.path().join("out"));
+    let parts = [0, 1].map(|index| home.path().join(index.to_string()));
+    for (index, dir) in (0..).zip(&parts) {
+        fly_whole(dir, &template, &batch(&template, 4, Some((index, 2))), 1);
+    }
+    let stop = AtomicBool::new(true);
+    let stopped = |error| matches!(error, MonteCarloError::Interrupted);
+    assert!(stopped(compare(&template, &template, 5, 9, choice(), threads(1), &stop).unwrap_err()));
+    assert!(stopped(compare_results(&parts[0], &parts[0], &stop).unwrap_err()));
+    assert!(stopped(merge(&parts, &out, &stop).unwrap_err()));
+    assert!(!out.join("runs.parquet").exists());
+    merge(&parts, &out, &NEVER).unwrap();
 }
 
 /// Where the last files cannot be written, the runs stay in the journal.
@@ -380,7 +419,7 @@ fn only_every_shard_of_one_batch_once_makes_a_whole() {
     fly_until(&at("unfinished"), &template, &batch(&template, 6, Some((1, 3))), 1, 1).unwrap_err();
     fs::create_dir(at("empty")).unwrap();
 
-    let merge = |names: &[&str]| merge(&names.iter().map(|name| at(name)).collect::<Vec<_>>(), &at("out"));
+    let merge = |names: &[&str]| merge(&names.iter().map(|name| at(name)).collect::<Vec<_>>(), &at("out"), &NEVER);
     check_refused(merge(&[]), &["no folder is named"]);
     check_refused(merge(&["0", "2"]), &["missing: shard 1/3"]);
     check_refused(merge(&["1"]), &["missing: shard 0/3, 2/3"]);
@@ -450,13 +489,13 @@ fn a_comparison_meets_the_same_draws() {
     let of = |comparison: &standoff_sim::monte_carlo::Comparison, metric: &str| {
         comparison.metrics.iter().find(|(name, _)| name == metric).unwrap().1
     };
-    let same = compare(&fine, &fine, 1, 10, Choice::ALL, threads(2)).unwrap();
+    let same = compare(&fine, &fine, 1, 10, Choice::ALL, threads(2), &NEVER).unwrap();
     for (name, paired) in &same.metrics {
         assert!(paired.difference.is_none_or(|difference| difference == 0.0), "{name}");
         assert!(!paired.differs, "{name}");
     }
-    let comparison = compare(&fine, &coarse, 1, 10, Choice::ALL, threads(2)).unwrap();
-    assert_eq!(comparison, compare(&fine, &coarse, 1, 10, Choice::ALL, threads(1)).unwrap());
+    let comparison = compare(&fine, &coarse, 1, 10, Choice::ALL, threads(2), &NEVER).unwrap();
+    assert_eq!(comparison, compare(&fine, &coarse, 1, 10, Choice::ALL, threads(1), &NEVER).unwrap());
     let position = of(&comparison, "position_error_m");
     assert_eq!((position.n, position.differs, position.better), (10, true, Some(Better::A)));
     assert_eq!(position.b_smaller, Some(0.0));
@@ -471,14 +510,14 @@ fn a_comparison_meets_the_same_draws() {
     fly_whole(&at("a"), &fine, &batch(&fine, 4, None), 1);
     let later = Batch::new(&coarse, 3, 10, None, Choice::parse("position_error_m,anees,discards").unwrap()).unwrap();
     fly_whole(&at("b"), &coarse, &later, 1);
-    let of_folders = compare_results(&at("a"), &at("b")).unwrap();
+    let of_folders = compare_results(&at("a"), &at("b"), &NEVER).unwrap();
     assert_eq!((of_folders.seed, of_folders.runs), (5, 4));
     let names: Vec<_> = of_folders.metrics.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["position_error_m", "anees"]);
-    let flown = compare(&fine, &coarse, 5, 4, Choice::ALL, None).unwrap();
+    let flown = compare(&fine, &coarse, 5, 4, Choice::ALL, None, &NEVER).unwrap();
     assert_eq!(of(&of_folders, "position_error_m"), of(&flown, "position_error_m"));
     let far = Batch::new(&fine, 100, 2, None, choice()).unwrap();
     fly_whole(&at("far"), &fine, &far, 1);
-    check_refused(compare_results(&at("a"), &at("far")), &["no seed or no metric in common"]);
-    check_refused(compare(&fine, &fine, 1, 0, Choice::ALL, None), &["number of runs is 0"]);
+    check_refused(compare_results(&at("a"), &at("far"), &NEVER), &["no seed or no metric in common"]);
+    check_refused(compare(&fine, &fine, 1, 0, Choice::ALL, None, &NEVER), &["number of runs is 0"]);
 }

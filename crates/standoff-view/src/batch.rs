@@ -7,6 +7,7 @@ mod metric;
 mod variant;
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use standoff_sim::monte_carlo::{Comparison, MonteCarloError, Results, compare_results};
@@ -67,7 +68,9 @@ impl Batch {
             }
             metrics.push(Metric::of(name, Histogram::of(&columns)));
         }
-        let comparisons = results.iter().skip(1).map(|other| match compare_results(results[0].dir(), other.dir()) {
+        let never = AtomicBool::new(false);
+        let compared = |other: &Results| compare_results(results[0].dir(), other.dir(), &never);
+        let comparisons = results.iter().skip(1).map(|other| match compared(other) {
             Ok(comparison) => Ok(Some(comparison)),
             Err(MonteCarloError::NotComparable(_)) => Ok(None),
             Err(error) => Err(error),

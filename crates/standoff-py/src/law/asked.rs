@@ -1,11 +1,15 @@
 //! A law being asked: what it raised, and whether it still answers.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use pyo3::PyTypeInfo;
 use pyo3::call::PyCallArgs;
+use pyo3::exceptions::PyTimeoutError;
 use pyo3::prelude::*;
+
+use crate::failure::{InputError, StandoffError};
 
 /// What is known of a law that is asked on one thread, to whoever waits on another.
 pub(crate) struct Asked {
@@ -68,11 +72,42 @@ impl Asked {
         Some(self.begun.elapsed().saturating_sub(since))
     }
 
-    /// Raises an exception in the thread that asks, at its next step of Python.
-    pub(crate) fn interrupt(&self, py: Python<'_>, exception: &Bound<'_, PyAny>) -> PyResult<()> {
+    /// Raises an exception in the thread that asks, at its next step of Python; nothing where none is asked.
+    pub(crate) fn interrupt(&self, py: Python<'_>) -> PyResult<()> {
+        if self.awaited().is_none() {
+            return Ok(());
+        }
         let ctypes = py.import("ctypes")?;
         let ident = ctypes.getattr("c_ulong")?.call1((self.thread.load(Ordering::Relaxed),))?;
-        let exception = ctypes.getattr("py_object")?.call1((exception,))?;
+        let exception = ctypes.getattr("py_object")?.call1((PyTimeoutError::type_object(py),))?;
         ctypes.getattr("pythonapi")?.call_method1("PyThreadState_SetAsyncExc", (ident, exception)).map(|_| ())
+    }
+}
+
+/// A law that is asked, and how long it may take to answer.
+pub(crate) struct Answering {
+    pub(crate) asked: Arc<Asked>,
+    limit: Duration,
+}
+
+impl Answering {
+    /// With a limit in seconds.
+    pub(crate) fn within(limit_s: f64) -> PyResult<Self> {
+        match Duration::try_from_secs_f64(limit_s) {
+            Ok(limit) if !limit.is_zero() => Ok(Self { asked: Arc::new(Asked::new()), limit }),
+            _ => Err(InputError::new_err(format!("law_limit_s = {limit_s}: must be a time in seconds, above 0"))),
+        }
+    }
+
+    /// Fails if an answer is overdue.
+    pub(crate) fn check(&self) -> PyResult<()> {
+        match self.asked.awaited() {
+            Some(awaited) if awaited > self.limit => {
+                let limit_s = self.limit.as_secs_f64();
+                let what = "the run ends; give the law more time with law_limit_s";
+                Err(StandoffError::new_err(format!("the law has not answered within {limit_s} s: {what}")))
+            }
+            _ => Ok(()),
+        }
     }
 }

@@ -2,7 +2,9 @@
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
-use standoff::{AvailableUav, Cue, Known, Membership, Picture as Kept, Report, Site, Step, Time, TrackStatus, UavState};
+use standoff::{
+    AvailableUav, Cue, Known, Membership, Picture as Kept, Report, Site, Step, Time, TrackStatus, UavState,
+};
 use standoff_sim::scenario::Scenario;
 
 /// What a team may know of a scenario before it flies.
@@ -221,9 +223,9 @@ impl Observed {
         let product = ours.map(|step| Command {
             speed_m_s: step.command.speed_m_s,
             turn_rate_rad_s: step.command.turn_rate_rad_s,
-            look_at: step.look_at.map(|look| {
-                [look.position.x_m(), look.position.y_m(), look.velocity.x_m_s(), look.velocity.y_m_s()]
-            }),
+            look_at: step
+                .look_at
+                .map(|look| [look.position.x_m(), look.position.y_m(), look.velocity.x_m_s(), look.velocity.y_m_s()]),
             altitude_m: step.altitude_m,
             group: step.diagnostics.group.map(|group| group.0),
         });

@@ -85,6 +85,29 @@ impl Batch {
         })
     }
 
+    /// As text for another process or machine: JSON.
+    pub fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+
+    /// What [`Self::json`] told. Refuses what no batch can be, and one that another version of standoff flies.
+    pub fn of_json(json: &str) -> Result<Self, MonteCarloError> {
+        let other = |what: String| MonteCarloError::Batch(format!("a batch as text: {what}"));
+        let batch: Self = serde_json::from_str(json).map_err(|error| other(error.to_string()))?;
+        batch.check()?;
+        let (ours, theirs) = (env!("CARGO_PKG_VERSION"), words(&batch.version));
+        if batch.format != FORMAT || batch.version != ours {
+            return Err(other(format!("it is of standoff {theirs}, this is {ours}: use the same version for both")));
+        }
+        Ok(batch)
+    }
+
+    /// One part of this batch, or of the batch that this is a part of.
+    pub fn part(&self, shard: Shard) -> Result<Self, MonteCarloError> {
+        check_runs(self.seed, self.runs, Some(shard))?;
+        Ok(Self { shard: Some(shard), ..self.clone() })
+    }
+
     /// Refuses what no batch can be: it was read from a file.
     pub(super) fn check(&self) -> Result<(), MonteCarloError> {
         check_runs(self.seed, self.runs, self.shard)?;
@@ -165,7 +188,7 @@ impl Batch {
     }
 
     /// In what another batch differs from this one, in words: `is theirs, not ours`.
-    pub(super) fn difference(&self, other: &Self) -> Option<String> {
+    pub fn difference(&self, other: &Self) -> Option<String> {
         let differ = |what: &str, ours: &dyn fmt::Display, theirs: &dyn fmt::Display| {
             let (ours, theirs) = (ours.to_string(), theirs.to_string());
             (ours != theirs).then(|| format!("{what} is {}, not {}", words(&theirs), words(&ours)))

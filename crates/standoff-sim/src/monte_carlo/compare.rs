@@ -2,12 +2,13 @@
 
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
 use super::results::as_object;
 use super::statistics::{interval, mean_and_sd};
-use super::{Batch, MonteCarloError, Results, fly_seed, in_order};
+use super::{Batch, MonteCarloError, Results, fly_seed, in_order, unless_set};
 use crate::scenario::Template;
 use crate::score::{About, BadEnd, Choice, Metrics};
 
@@ -111,7 +112,8 @@ impl Comparison {
     }
 }
 
-/// Flies A and B with the same `runs` seeds, from `seed` on, and compares them.
+/// Flies A and B with the same `runs` seeds, from `seed` on, and compares them. `stop` ends it within an instant of each
+/// run in hand.
 pub fn compare(
     a: &Template,
     b: &Template,
@@ -119,18 +121,19 @@ pub fn compare(
     runs: u64,
     choice: Choice,
     threads: Option<NonZeroUsize>,
+    stop: &AtomicBool,
 ) -> Result<Comparison, MonteCarloError> {
     // The same limits as for a batch.
     Batch::new(a, seed, runs, None, choice)?;
-    let flown = in_order(seed..seed + runs, threads, |seed, halt| {
+    let flown = in_order(seed..seed + runs, threads, stop, |seed, halt| {
         let fly = |template| fly_seed(template, seed, choice, || !halt.is_up());
         Ok([fly(a)?, fly(b)?])
     })?;
     Ok(Comparison::of([a.name(), b.name()], seed, choice, &flown))
 }
 
-/// Compares two complete batches, over the seeds and the metrics that both have.
-pub fn compare_results(a: &Path, b: &Path) -> Result<Comparison, MonteCarloError> {
+/// Compares two complete batches, over the seeds and the metrics that both have; ends when `stop` is set.
+pub fn compare_results(a: &Path, b: &Path, stop: &AtomicBool) -> Result<Comparison, MonteCarloError> {
     let names = (a.display().to_string(), b.display().to_string());
     let (a, b) = (Results::open(a)?, Results::open(b)?);
     let common: Vec<&str> =
@@ -140,6 +143,7 @@ pub fn compare_results(a: &Path, b: &Path) -> Result<Comparison, MonteCarloError
     let (mut seed, mut runs) = (None, 0);
     for row in a.runs()?.rows(&common)? {
         let row = row?;
+        unless_set(stop)?;
         while others.next_if(|other| other.as_ref().is_ok_and(|other| other.seed < row.seed)).is_some() {}
         let same = others.next_if(|other| other.as_ref().map_or(true, |other| other.seed == row.seed));
         let Some(other) = same.transpose()? else { continue };

@@ -4,16 +4,18 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::journal::Journal;
-use super::{MonteCarloError, Results, Shard, find_complete, results};
+use super::{MonteCarloError, Results, Shard, find_complete, results, unless_set};
 use crate::text;
 
 /// Merges the complete shards in `dirs`, in any order, into the batch in `out`. A merged batch is not merged again.
 ///
 /// Refuses anything but every shard of one batch exactly once, and says which folder is in the way or what is missing.
-pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
+/// `stop` ends it; the same again begins anew.
+pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results, MonteCarloError> {
     let refuse = |what: String| Err(MonteCarloError::NotMergeable(what));
     let mut parts: Vec<(Shard, Results)> = Vec::new();
     for dir in dirs {
+        unless_set(stop)?;
         let part = Results::open(dir)?;
         let Some(shard) = part.batch().shard else {
             return refuse(format!("{} holds a whole batch, not a shard of one", text::path(dir)));
@@ -45,8 +47,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     }
 
     let whole = first.batch().whole();
-    let never = AtomicBool::new(false);
-    if let Some(complete) = find_complete(out, &whole, &never)? {
+    if let Some(complete) = find_complete(out, &whole, stop)? {
         return Ok(complete);
     }
     parts.sort_by_key(|(shard, _)| *shard);
@@ -54,10 +55,10 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<Results, MonteCarloError> {
     let journal = Journal::open(out, &whole)?;
     let metrics: Vec<&str> = whole.metrics().collect();
     let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.rows(&metrics)) {
-        Ok(rows) => Box::new(rows.map(|row| Ok(row?.values))) as Box<dyn Iterator<Item = _>>,
+        Ok(rows) => Box::new(rows.map(|row| unless_set(stop).and(Ok(row?.values)))) as Box<dyn Iterator<Item = _>>,
         Err(error) => Box::new(std::iter::once(Err(error))),
     });
-    let merged = results::write(out, &whole, rows, &never)?;
+    let merged = results::write(out, &whole, rows, stop)?;
     journal.remove()?;
     Ok(merged)
 }

@@ -48,12 +48,23 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     }
     let options = traffic::Options { coordinates: table.coordinates.into(), gap_s };
     let path = path(typed, table);
-    let built_in = BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists());
-    let read = match built_in {
+    let read = match built_in(table, &path) {
         Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
         None => traffic::read(&path, &options),
     };
     read.map(Some).map_err(ScenarioError::from)
+}
+
+/// The traffic file, if it is not a built-in one.
+pub(super) fn file(typed: &Typed) -> Option<PathBuf> {
+    let table = typed.file.traffic.as_ref()?;
+    let path = path(typed, table);
+    built_in(table, &path).is_none().then_some(path)
+}
+
+/// A file of that name comes before what is built in.
+fn built_in(table: &file::Traffic, path: &Path) -> Option<&'static (&'static str, &'static [u8])> {
+    BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists())
 }
 
 /// Where the file is looked for.

@@ -58,7 +58,7 @@ fn statistics_are_those_of_the_summary_and_comparisons_those_of_compare() {
         let summary: Value = serde_json::from_str(&results.summary().unwrap().json().unwrap()).unwrap();
         assert_eq!(variant["statistics"], summary["metrics"]);
     }
-    let compared = compare_results(a.dir(), b.dir()).unwrap();
+    let compared = compare_results(a.dir(), b.dir(), &AtomicBool::new(false)).unwrap();
     assert_eq!((compared.seed, compared.runs), (7, 4));
     let expected: Value = serde_json::from_str(&compared.json().unwrap()).unwrap();
     let shown = &json["comparisons"].as_array().unwrap()[0];
