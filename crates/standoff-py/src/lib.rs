@@ -26,7 +26,11 @@ mod _standoff {
     #[pymodule_export]
     use super::law::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
     #[pymodule_export]
-    use super::pieces::wrapped_angle_rad;
+    use super::pieces::{
+        Filter, Parameters, StandoffDistance, Steering, assignment, best_separation_rad, clustering, group_count,
+        information_1_m2, led_distance, measure, pair_information_1_m4, smallest_circle, standoff_distance, steer,
+        vector_field, wrapped_angle_rad,
+    };
     #[pymodule_export]
     use super::run::{Run, run, yardstick};
     #[pymodule_export]

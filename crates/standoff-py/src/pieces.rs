@@ -1,17 +1,15 @@
-//! The library's pieces by name, on NumPy arrays.
+//! The library's pieces by name, on NumPy arrays: each function names its arguments' shapes, works out row by row what
+//! the library says, and nothing else.
 
-use numpy::{IntoPyArray, PyArrayDyn, PyReadonlyArrayDyn};
-use pyo3::prelude::*;
-use standoff::Angle;
+mod array;
+mod filter;
+mod groups;
+mod guidance;
+mod parameters;
+mod sensor;
 
-/// Angles brought into (-pi, pi].
-///
-/// :param angle_rad: angles, rad, any shape.
-/// :returns: the same angles, rad, in (-pi, pi], of that shape.
-#[pyfunction]
-pub(crate) fn wrapped_angle_rad<'py>(
-    py: Python<'py>,
-    angle_rad: PyReadonlyArrayDyn<'py, f64>,
-) -> Bound<'py, PyArrayDyn<f64>> {
-    angle_rad.as_array().mapv(|angle_rad| Angle::from_rad(angle_rad).rad()).into_pyarray(py)
-}
+pub(crate) use filter::Filter;
+pub(crate) use groups::{assignment, clustering, group_count, smallest_circle};
+pub(crate) use guidance::{StandoffDistance, Steering, led_distance, standoff_distance, steer, vector_field};
+pub(crate) use parameters::Parameters;
+pub(crate) use sensor::{best_separation_rad, information_1_m2, measure, pair_information_1_m4, wrapped_angle_rad};
