@@ -246,6 +246,25 @@ def test_an_estimate_beyond_all_numbers_is_refused_whole() -> None:
     assert np.array_equal(filter_.covariance, before)
 
 
+def test_a_measurement_beyond_all_numbers_is_not_taken_in(rng: np.random.Generator) -> None:
+    """Of states whose components follow from one another but for rounding, the measurement leaves nothing."""
+    filters, refused = [], 0
+    for _ in range(300):
+        along = rng.normal(size=6) * [1e4, 1e2, 1e1, 1e4, 1e2, 1e1]
+        covariance = np.outer(along, along) + 3e-16 * np.diag(along**2)
+        try:
+            filters.append(pieces.Filter(np.zeros((1, 6)), covariance))
+        except InputError as error:
+            assert "must be positive definite" in str(error)
+    for filter_ in filters:
+        before = filter_.covariance
+        if not filter_.update([500, 0], [490], [np.pi])[0]:
+            refused += 1
+            assert not filter_.state.any() and np.array_equal(filter_.covariance, before)
+        assert np.isfinite(filter_.state).all()
+    assert 0 < refused < len(filters)
+
+
 def test_a_filter_may_be_shared_by_threads(rng: np.random.Generator) -> None:
     filter_ = some_filter(rng, 500)
     alone = filter_.copy()

@@ -61,7 +61,8 @@ impl Notes {
     /// As warnings of Python.
     pub(crate) fn warn(&self, py: Python<'_>) -> PyResult<()> {
         let notes = std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner));
-        notes.iter().try_for_each(|note| warning(py, note))
+        let told = |note: &String| note.trim_start_matches("note: ").trim_start_matches("warning: ").to_owned();
+        notes.iter().map(told).try_for_each(|note| warning(py, &note))
     }
 }
 

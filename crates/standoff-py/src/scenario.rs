@@ -40,7 +40,10 @@ impl Scenario {
             Source::Named(name) => Template::load(name, &edits),
             Source::Toml { name, toml, folder } => Template::of_toml(name, toml, &edits, folder),
         };
-        Ok(Self { source, edits, template: template.map_err(of_scenario)? })
+        let template = template.map_err(of_scenario)?;
+        // As `standoff check`: ranges are looked at when something is drawn.
+        template.draw(1).map_err(of_scenario)?;
+        Ok(Self { source, edits, template })
     }
 
     pub(crate) fn template(&self) -> &Template {

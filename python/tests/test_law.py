@@ -1,0 +1,293 @@
+"""Laws written in Python: what they see, what of them is flown, and what happens where they fail."""
+
+import functools
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import standoff
+from standoff import Briefing, Choice, Command, Law, Observation
+
+SCENARIO = "tour/04-two-groups"
+
+
+class Nothing(Law):
+    """Leaves everything to the product."""
+
+    sees = "picture"
+
+    def decide(self, observation: Observation) -> None:
+        return None
+
+
+class NothingForAll(Nothing):
+    decides_for = "team"
+
+    def decide(self, observations: list[Observation]) -> list[None]:  # type: ignore[override]
+        return [None] * len(observations)
+
+
+class NothingToAssign(Law):
+    replaces = "assignment"
+
+    def decide(self, choice: Choice) -> None:
+        return None
+
+
+class NothingToGuide(Law):
+    replaces = "guidance"
+
+    def decide(self, observation: Observation) -> None:
+        return None
+
+
+@pytest.mark.parametrize("law", [Nothing, NothingForAll, NothingToAssign, NothingToGuide])
+@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out"])
+def test_a_law_that_wants_nothing_is_the_product(law: type[Law], scenario: str) -> None:
+    ours, theirs = standoff.run(scenario), standoff.run(scenario, law=law)
+    assert theirs.metrics == ours.metrics
+    for name in ("uavs", "tracks", "groups", "events"):
+        assert (theirs.dir / f"{name}.parquet").read_bytes() == (ours.dir / f"{name}.parquet").read_bytes()
+
+
+class Follower(Law):
+    """Each UAV flies at the vehicle that it saw nearest, as crates/standoff-sim/examples/follower.rs."""
+
+    def __init__(self, briefing: Briefing) -> None:
+        super().__init__(briefing)
+        self.goal: tuple[float, float] | None = None
+
+    def decide(self, own: Observation) -> Command:
+        if own.scan is not None and len(own.scan.range_m) > 0:
+            nearest = int(np.argmin(own.scan.range_m))
+            range_m, bearing_rad = own.scan.range_m[nearest], own.scan.bearing_rad[nearest]
+            self.goal = (own.x_m + range_m * math.cos(bearing_rad), own.y_m + range_m * math.sin(bearing_rad))
+        if self.goal is None and own.cues:
+            self.goal = (own.cues[0].x_m, own.cues[0].y_m)
+        if self.goal is None:
+            return Command(own.speed_m_s, 0.0)
+        off_rad = math.atan2(self.goal[1] - own.y_m, self.goal[0] - own.x_m) - own.heading_rad
+        turn_rate_rad_s = (off_rad + math.pi) % (2 * math.pi) - math.pi
+        return Command(40.0, turn_rate_rad_s, look_at=self.goal)
+
+
+def test_an_agents_law_flies_alone_and_is_scored_by_what_its_sensors_see() -> None:
+    run = standoff.run(SCENARIO, law=Follower)
+    # docs/brains.md: the same brain in Rust sees 75 % of the targets, and is not scored for groups.
+    assert abs(run.metrics["seen_fraction"] - 0.75) < 0.005
+    assert run.metrics["watched_fraction"] is None and run.metrics["position_error_m"] is None
+
+
+class Listener(Law):
+    """Notes what it is shown."""
+
+    seen: list[Observation] = []
+
+    def decide(self, observation: Observation) -> Command:
+        self.seen.append(observation)
+        return Command(40.0, 0.1, look_at=(0.0, 0.0))
+
+
+def test_an_agent_sees_its_own_state_its_scan_and_what_others_say() -> None:
+    Listener.seen.clear()
+    run = standoff.run("tour/02-two-uavs", law=Listener)
+    seen = [one for one in Listener.seen if one.uav == 1]
+    assert len(Listener.seen) == 2 * len(seen) == run.uavs.num_rows
+    is_second = run.uavs.to_numpy("uav") == 1
+    assert np.array_equal([one.x_m for one in seen], run.uavs.to_numpy("x_m")[is_second])
+    measured = [range_m for one in seen if one.scan for range_m in one.scan.range_m]
+    assert np.array_equal(measured, run.detections.to_numpy("range_m")[run.detections.to_numpy("uav") == 1])
+    first = [one for one in Listener.seen if one.uav == 0]
+    for own, mate in zip(first, seen, strict=True):
+        (report,) = mate.reports
+        assert report.uav == 0 and own.scan is not None
+        assert np.array_equal(report.state, own.scan.state) and np.array_equal(report.range_m, own.scan.range_m)
+    assert len(seen[0].cues) == len(set(run.truth.to_numpy("target"))) and seen[0].picture is None and seen[1].cues == []
+
+
+class Watcher(Law):
+    sees, decides_for, replaces = "picture", "team", "guidance"
+    seen: list[Any] = []
+
+    def decide(self, observations: list[Observation]) -> list[None]:  # type: ignore[override]
+        self.seen.append(observations[0].picture)
+        return [None] * len(observations)
+
+
+def test_a_picture_is_what_the_record_says_the_team_believed() -> None:
+    Watcher.seen.clear()
+    run = standoff.run(SCENARIO, law=Watcher)
+    tracks, groups = run.tracks, run.groups
+    assert np.array_equal(np.concatenate([one.target for one in Watcher.seen]), tracks.to_numpy("target"))
+    states = np.concatenate([one.state for one in Watcher.seen])
+    assert np.array_equal(states[:, 0], tracks.to_numpy("x_m")) and np.array_equal(states[:, 4], tracks.to_numpy("vy_m_s"))
+    covariances = np.concatenate([one.covariance for one in Watcher.seen])
+    assert np.array_equal(covariances, covariances.transpose(0, 2, 1))
+    assert np.array_equal(covariances[:, 0, 3], tracks.to_numpy("cov_x_y"))
+    assert np.array_equal(np.concatenate([one.group for one in Watcher.seen]), groups.to_numpy("group"))
+    centres = np.concatenate([one.centre for one in Watcher.seen])
+    assert np.array_equal(centres[:, 1], groups.to_numpy("y_m"))
+    assert np.array_equal(
+        np.concatenate([one.standoff_distance_m for one in Watcher.seen]), groups.to_numpy("standoff_distance_m")
+    )
+
+
+class Slow(Law):
+    """Flies the product's law at the lowest speed."""
+
+    replaces, sees = "guidance", "picture"
+
+    def __init__(self, briefing: Briefing, change_m_s: float) -> None:
+        super().__init__(briefing)
+        self.change_m_s = change_m_s
+
+    def decide(self, observation: Observation) -> tuple[float, float]:
+        assert observation.product is not None
+        return self.briefing.speed_m_s + self.change_m_s, observation.product.turn_rate_rad_s
+
+
+def test_guidance_alone_is_replaced() -> None:
+    ours, slow = standoff.run(SCENARIO), standoff.run(SCENARIO, law=functools.partial(Slow, change_m_s=-100.0))
+    limits = standoff.Scenario(SCENARIO).to_dict()["uavs"]
+    slowest_m_s = limits["speed_m_s"] - limits["speed_change_max_m_s"]
+    assert set(slow.uavs.to_numpy("speed_command_m_s")) == {slowest_m_s}
+    assert slow.metrics["watched_fraction"] is not None and slow.metrics != ours.metrics
+
+
+class Swapped(Law):
+    """Sends every UAV to the group that the product would not."""
+
+    replaces = "assignment"
+
+    def decide(self, choice: Choice) -> dict[int, int] | None:
+        if len(choice.group) < 2:
+            return None
+        half = len(choice.uav) // 2
+        return {int(uav): int(choice.group[int(place < half)]) for place, uav in enumerate(choice.uav)}
+
+
+def test_assignment_alone_is_replaced() -> None:
+    run = standoff.run(SCENARIO, law=Swapped)
+    at_end = run.uavs.to_numpy("time_s") == run.uavs.to_numpy("time_s").max()
+    groups = run.uavs.to_numpy("group")[at_end]
+    assert groups[0] == groups[1] > groups[2] == groups[3]
+    assert standoff.run(SCENARIO).uavs.to_numpy("group")[at_end].tolist() != groups.tolist()
+
+
+def test_a_law_is_compared_on_the_same_draws() -> None:
+    compared = standoff.compare(SCENARIO, law_b=NothingForAll, runs=4)
+    assert compared.b.endswith(" by NothingForAll")
+    assert all(numbers["equal"] in (1.0, None) for numbers in compared.metrics.values())
+    follower = standoff.compare(SCENARIO, law_b=Follower, runs=4)
+    assert follower.metrics["seen_fraction"]["better"] == "a"
+    # The side without a law is what the command would tell.
+    alone = standoff.monte_carlo(SCENARIO, runs=4)
+    assert follower.metrics["seen_fraction"]["mean_a"] == alone.metrics["seen_fraction"]["mean"]
+
+
+class Late(Law):
+    def decide(self, observation: Observation) -> None:
+        if observation.time_s > 2.0:
+            raise RuntimeError("it has failed")
+        return None
+
+
+def test_what_a_law_raises_is_raised_and_what_was_flown_is_kept(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="it has failed") as raised:
+        standoff.run(SCENARIO, law=Late, out=tmp_path / "run")
+    assert "the run is kept up to 2.5 s" in raised.value.__notes__[0]
+    kept = standoff.Run(tmp_path / "run.partial")
+    assert kept.summary["unfinished_after_s"] == 2.5
+
+
+def answering(answer: Any) -> Callable[[Briefing], Law]:
+    class Answering(Law):
+        def decide(self, observation: Observation) -> Any:
+            return answer
+
+    return Answering
+
+
+@pytest.mark.parametrize(
+    ("answer", "error", "says"),
+    [
+        ("straight on", ValueError, "gave straight on; a Command"),
+        ((40.0, float("nan")), ValueError, "turn_rate_rad_s = NaN; both are finite"),
+        (Command(float("inf"), 0.0), ValueError, "speed_m_s = inf"),
+        ([40.0], ValueError, "a Command"),
+        (np.zeros((3, 1)), ValueError, "gave"),
+    ],
+)
+def test_nonsense_is_an_error_that_names_the_law(answer: Any, error: type[Exception], says: str) -> None:
+    with pytest.raises(error, match=f"Answering.*{says}"):
+        standoff.run(SCENARIO, law=answering(answer))
+
+
+def test_a_place_to_look_at_that_is_none_is_none() -> None:
+    run = standoff.run("tour/01-one-uav", law=answering(Command(40.0, 0.0, look_at=(math.nan, 0.0))))
+    assert np.isnan(run.uavs.to_numpy("boresight_rad")).all()
+
+
+class FewCommands(NothingForAll):
+    def decide(self, observations: list[Observation]) -> list[None]:  # type: ignore[override]
+        return [None]
+
+
+class Listed(Law):
+    replaces = "assignment"
+
+    def decide(self, choice: Choice) -> list[int]:
+        return [0, 1]
+
+
+class Misspelt(Law):
+    sees = "everything"  # type: ignore[assignment]
+
+    def decide(self, observation: Observation) -> None:
+        return None
+
+
+class Mute:
+    def __init__(self, briefing: Briefing) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("law", "error", "says"),
+    [
+        (FewCommands, ValueError, "gave 1 commands for 4 UAVs"),
+        (Listed, TypeError, "a dict of UAVs to groups"),
+        (Misspelt, ValueError, "sees is everything; it is one of own, picture"),
+        (Mute, TypeError, "has no method decide"),
+        (Law, NotImplementedError, "^$"),
+    ],
+)
+def test_a_law_that_is_none_is_told_so(law: Any, error: type[Exception], says: str) -> None:
+    with pytest.raises(error, match=says):
+        standoff.run(SCENARIO, law=law)
+
+
+class Busy(Law):
+    def decide(self, observation: Observation) -> None:
+        while True:
+            pass
+
+
+class Asleep(Law):
+    def decide(self, observation: Observation) -> None:
+        time.sleep(30.0)
+
+
+@pytest.mark.parametrize(("law", "at_most_s"), [(Busy, 2.0), (Asleep, 6.0)])
+def test_a_law_that_never_answers_is_given_up(law: type[Law], at_most_s: float) -> None:
+    began = time.monotonic()
+    with pytest.raises(standoff.StandoffError, match="has not answered within 0.2 s"):
+        standoff.run(SCENARIO, law=law, law_limit_s=0.2)
+    assert time.monotonic() - began < at_most_s
+    # What comes later is not disturbed.
+    assert standoff.run("tour/01-one-uav", law=Nothing).metrics == standoff.run("tour/01-one-uav").metrics
