@@ -431,3 +431,48 @@ fn each_searches_for_a_lost_one_of_its_own() {
     let picture = team.agents[0].picture();
     assert!(picture.searches.is_empty() && picture.known().iter().all(|known| !known.track.is_lost()), "{picture:?}");
 }
+
+/// An assignment law of one's own: it says the same at every instant, wherever it is asked.
+#[derive(Debug)]
+struct Fixed(Option<Vec<Duty>>);
+
+impl AssignmentLaw for Fixed {
+    fn assign(&self, _: Time, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Option<Vec<Duty>> {
+        assert!(uavs.is_sorted_by_key(|uav| uav.uav) && sites.is_sorted_by_key(|site| site.group));
+        self.0.clone()
+    }
+}
+
+/// Who serves which group after two minutes under an assignment law, or none; and who was moved by it.
+fn crew_under(law: Option<Fixed>) -> (Vec<(u32, u32)>, Vec<u32>) {
+    let mut team = Team::new(4, 6).with_motion(two_groups);
+    let fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let mut fleet = match law {
+        Some(law) => fleet.assigned_by(std::sync::Arc::new(law)),
+        None => fleet,
+    };
+    let mut moved = Vec::new();
+    for tick in 0..60 {
+        let (now, scans, inbox) = team.speak(tick);
+        let observed = observe_all(&mut fleet, now, &team.states, &scans, &inbox);
+        observed.iter().for_each(|observation| drop(fleet.decide(observation)));
+        let events = fleet.picture().events.iter();
+        moved.extend(events.filter(|event| event.kind.cause() == Some("own-law")).filter_map(|event| event.uav));
+        team.tick(tick);
+    }
+    let crew = fleet.picture().crew.iter().map(|duty| (duty.uav.0, duty.group.0)).collect();
+    (crew, moved.into_iter().map(|uav| uav.0).collect())
+}
+
+/// A law of one's own is obeyed as far as it can be: of UAVs and groups that there are, each UAV once; who is given no
+/// group has none. Without an answer the product assigns, to the bit.
+#[test]
+fn an_assignment_law_of_ones_own_is_obeyed_as_far_as_it_can_be() {
+    let (ours, moved) = crew_under(None);
+    assert_eq!((ours.len(), &moved[..]), (4, &[][..]));
+    assert_eq!(crew_under(Some(Fixed(None))), (ours, moved));
+    let duty = |(uav, group)| Duty { uav: UavId(uav), group: GroupId(group) };
+    let wanted = [(3, 0), (0, 1), (9, 0), (1, 7), (0, 0)].map(duty);
+    let (crew, _) = crew_under(Some(Fixed(Some(wanted.to_vec()))));
+    assert_eq!(crew, [(0, 1), (3, 0)]);
+}
