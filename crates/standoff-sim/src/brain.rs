@@ -70,7 +70,7 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
 }
 
 /// The product as a brain; all parameters that are out of range are reported at once.
-pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain>, Vec<ParamError>> {
+pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain + Send>, Vec<ParamError>> {
     Ok(match minds {
         Minds::One => Box::new(One { fleet: Fleet::new(team)?, observed: Vec::new() }),
         Minds::Each => {

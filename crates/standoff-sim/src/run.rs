@@ -33,7 +33,7 @@ use crate::world::{Truth, World};
 /// assert_eq!(last_s, scenario.settings.duration.s());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Mission<B = Box<dyn Brain>> {
+pub struct Mission<B = Box<dyn Brain + Send>> {
     settings: Settings,
     outages: Vec<Outage>,
     world: World,
@@ -48,10 +48,21 @@ pub struct Mission<B = Box<dyn Brain>> {
     /// Who has been cued, by target: their ids are places in a list.
     cued: Vec<bool>,
     tick: i64,
-    /// This instant has been observed, and not decided yet.
-    is_observed: bool,
+    /// How far this instant has come.
+    stage: Stage,
     truth: Vec<Truth>,
     frame: Frame,
+}
+
+/// How far an instant has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// Nobody has looked yet.
+    Ahead,
+    /// Sensors have spoken, the brain has heard.
+    Observed,
+    /// The brain has said what it wants, and the frame tells it.
+    Proposed,
 }
 
 /// Flies a whole mission and scores it, with no record written.
@@ -147,7 +158,7 @@ impl<B: Brain> Mission<B> {
             radio: Radio::default(),
             cued: Vec::new(),
             tick: 0,
-            is_observed: false,
+            stage: Stage::Ahead,
             truth: Vec::new(),
             frame: Frame::default(),
             settings,
@@ -179,24 +190,50 @@ impl<B: Brain> Mission<B> {
     /// `false`: the mission is over.
     pub fn observe(&mut self) -> bool {
         let goes_on = self.tick <= self.last_tick();
-        if goes_on && !self.is_observed {
+        if goes_on && self.stage == Stage::Ahead {
             let now = self.now();
             self.world.look(now, &mut self.truth);
             self.scan(now);
             self.say(now);
-            self.is_observed = true;
+            self.stage = Stage::Observed;
         }
         goes_on
     }
 
-    /// The second half: the brain decides, and the world moves on to the next instant; `None` if nothing was observed.
-    pub fn decide(&mut self) -> Option<&Frame> {
-        if !std::mem::take(&mut self.is_observed) {
-            return None;
+    /// What the brain would have its UAVs do at the instant that is observed: its frame, as [`Self::decide`] will give it
+    /// unless somebody [`order`](Self::order)s otherwise. `None` if nothing was observed.
+    pub fn propose(&mut self) -> Option<&Frame> {
+        if self.stage == Stage::Observed {
+            self.command(self.now());
+            self.stage = Stage::Proposed;
         }
-        self.command(self.now());
+        (self.stage == Stage::Proposed).then_some(&self.frame)
+    }
+
+    /// Puts a command, as far as its limits allow, in the place of what the brain has [`propose`](Self::propose)d for a
+    /// UAV; where its sensor looks stays the brain's to say. `false`: nothing was proposed, or there is no such UAV.
+    pub fn order(&mut self, uav: UavId, command: Command) -> bool {
+        let place = uav.0 as usize;
+        let (Some(uav), Some(row)) = (self.uavs.get_mut(place), self.frame.uavs.get_mut(place)) else { return false };
+        if self.stage != Stage::Proposed {
+            return false;
+        }
+        let limited = self.settings.team.uav.limit(command);
+        uav.command = limited.command;
+        row.speed_command_m_s = limited.command.speed_m_s;
+        row.turn_rate_command_rad_s = limited.command.turn_rate_rad_s;
+        (row.speed_limited, row.turn_rate_limited) = (limited.speed_limited, limited.turn_rate_limited);
+        true
+    }
+
+    /// The second half: the brain decides, if it has not proposed already, and the world moves on to the next instant;
+    /// `None` if nothing was observed.
+    pub fn decide(&mut self) -> Option<&Frame> {
+        self.propose()?;
+        self.fly();
         self.world.step();
         self.tick += 1;
+        self.stage = Stage::Ahead;
         Some(&self.frame)
     }
 
@@ -208,6 +245,11 @@ impl<B: Brain> Mission<B> {
     /// The instant that is played next, or is observed.
     pub fn now(&self) -> Time {
         Time::from_us(self.tick * self.settings.period.us())
+    }
+
+    /// That instant is the mission's last one.
+    pub fn is_last(&self) -> bool {
+        self.tick >= self.last_tick()
     }
 
     /// The first instant is tick 0; then one per whole period.
@@ -268,7 +310,7 @@ impl<B: Brain> Mission<B> {
         }
     }
 
-    /// Every UAV decides, and flies its command until the next instant.
+    /// Every UAV decides, and the brain tells what it believes.
     fn command(&mut self, now: Time) {
         let Self { frame, brain, uavs, settings, .. } = self;
         rows::begin(now, &self.truth, frame);
@@ -284,14 +326,20 @@ impl<B: Brain> Mission<B> {
             frame.uavs.push(rows::uav(uav.id, &uav.truth, uav.boresight, &step));
             frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
             (uav.look_at, uav.command) = (step.look_at, step.command);
-            uav.truth = self.response.step(&uav.truth, uav.command);
-            uav.belief = uav.truth;
         }
         let Frame { tracks, groups, events, .. } = frame;
         let mut beliefs = Beliefs { tracks, groups, events };
         brain.report(&mut beliefs);
         if self.is_foreign {
             beliefs.tidy();
+        }
+    }
+
+    /// Every UAV flies its command until the next instant.
+    fn fly(&mut self) {
+        for uav in &mut self.uavs {
+            uav.truth = self.response.step(&uav.truth, uav.command);
+            uav.belief = uav.truth;
         }
     }
 }
@@ -325,6 +373,7 @@ mod tests {
                         }
                     }
                     mission.command(now);
+                    mission.fly();
                     frames.push(mission.frame.clone());
                     mission.world.step();
                     mission.tick += 1;
@@ -378,6 +427,47 @@ mod tests {
             assert!(halves.decide().is_none());
         }
         assert!(!halves.observe());
+    }
+
+    /// An order is in the place of the brain's command and of nothing else, within its limits, at this instant alone.
+    #[test]
+    fn an_order_replaces_one_uav_s_command_at_one_instant() {
+        let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 2).unwrap();
+        let [mut free, mut ordered] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
+        let order = Command { speed_m_s: 1000.0, turn_rate_rad_s: -0.125 };
+        assert!(ordered.propose().is_none() && !ordered.order(UavId(1), order), "nothing was observed");
+        assert!(ordered.observe() && !ordered.order(UavId(1), order), "nothing was proposed");
+        let wanted = free.frame().unwrap().clone();
+        assert_eq!(ordered.propose(), Some(&wanted));
+        assert!(!ordered.order(UavId(2), order), "there are two");
+        assert!(ordered.order(UavId(1), order));
+        let fastest_m_s = scenario.settings.team.uav.speed_max_m_s();
+        let mut told = wanted.clone();
+        let row = &mut told.uavs[1];
+        (row.speed_command_m_s, row.speed_limited) = (fastest_m_s, true);
+        (row.turn_rate_command_rad_s, row.turn_rate_limited) = (-0.125, false);
+        assert_eq!(ordered.decide(), Some(&told));
+        let commands =
+            |mission: &Mission| mission.uavs.iter().map(|uav| (uav.command, uav.look_at)).collect::<Vec<_>>();
+        let (other, [mine, theirs]) = (commands(&free)[1], [commands(&ordered), commands(&free)]);
+        assert_eq!((mine[0], mine[1].1), (theirs[0], other.1));
+        assert!(ordered.uavs[1].truth.speed_m_s > free.uavs[1].truth.speed_m_s);
+        assert_eq!(ordered.uavs[0].truth, free.uavs[0].truth);
+        // Whoever orders what was proposed changes no bit.
+        let [mut free, mut ordered] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
+        while ordered.observe() {
+            assert_eq!(ordered.is_last(), ordered.now().s() == scenario.settings.duration.s());
+            let rows = ordered.propose().unwrap().uavs.clone();
+            for row in rows {
+                let command =
+                    Command { speed_m_s: row.speed_command_m_s, turn_rate_rad_s: row.turn_rate_command_rad_s };
+                assert!(ordered.order(UavId(row.uav), command));
+            }
+            let (ordered, free) = (ordered.decide().unwrap(), free.frame().unwrap());
+            assert_eq!((&ordered.truth, &ordered.tracks), (&free.truth, &free.tracks));
+            let places = |frame: &Frame| frame.uavs.iter().map(|uav| (uav.x_m, uav.y_m)).collect::<Vec<_>>();
+            assert_eq!(places(ordered), places(free));
+        }
     }
 
     #[test]
