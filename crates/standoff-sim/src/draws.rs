@@ -22,6 +22,8 @@ pub enum Stream {
     Measurement = 3,
     /// Error of the cues.
     Cue = 4,
+    /// Seeds of the runs that follow a first one.
+    Episode = 5,
 }
 
 /// All randomness of a run.
@@ -60,6 +62,11 @@ impl Draw {
     /// Uniform in [0, 1).
     pub fn uniform(&mut self) -> f64 {
         (self.bits.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A seed: uniform over 0 to 2^53 - 1, which a float holds, too.
+    pub fn seed(&mut self) -> u64 {
+        self.bits.next_u64() >> 11
     }
 
     /// A standard normal.
@@ -106,6 +113,7 @@ mod tests {
         let mut draw = Draws::new(42).at(Stream::Measurement, 7, 9);
         let got = [draw.uniform(), draw.uniform(), draw.normal(), draw.normal()];
         assert_eq!(got, PINNED, "{got:?}");
+        assert_eq!(Draws::new(42).at(Stream::Measurement, 7, 9).seed(), (PINNED[0] * (1u64 << 53) as f64) as u64);
     }
     const PINNED: [f64; 4] = [0.26073312662109194, 0.6994719299284348, 0.5026577007152908, -0.8623114835657002];
 
