@@ -451,6 +451,7 @@ mod tests {
             |mission: &Mission| mission.uavs.iter().map(|uav| (uav.command, uav.look_at)).collect::<Vec<_>>();
         let (other, [mine, theirs]) = (commands(&free)[1], [commands(&ordered), commands(&free)]);
         assert_eq!((mine[0], mine[1].1), (theirs[0], other.1));
+        assert_eq!(mine[1].0, Command { speed_m_s: fastest_m_s, ..order });
         assert!(ordered.uavs[1].truth.speed_m_s > free.uavs[1].truth.speed_m_s);
         assert_eq!(ordered.uavs[0].truth, free.uavs[0].truth);
         // Whoever orders what was proposed changes no bit.
