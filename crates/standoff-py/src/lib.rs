@@ -3,6 +3,7 @@
 mod asked_for;
 mod batch;
 mod comparison;
+mod envs;
 mod failure;
 mod folder;
 mod law;
@@ -21,6 +22,8 @@ mod _standoff {
     use super::batch::{_described, _difference, _fly_described, Batch, merge, monte_carlo};
     #[pymodule_export]
     use super::comparison::{Comparison, compare};
+    #[pymodule_export]
+    use super::envs::{Instant, Worlds, observation_features};
     #[pymodule_export]
     use super::failure::{InputError, ScenarioError, StandoffError};
     #[pymodule_export]

@@ -1,0 +1,135 @@
+//! What a policy knows of a UAV: what its team believes at that instant, as numbers of one size. Never truth.
+
+use standoff::math::TAU;
+use standoff::{Angle, TeamParams, math};
+use standoff_sim::record::{Frame, GroupRow, TrackRow, UavRow};
+
+/// A number of an observation.
+pub(super) struct Feature {
+    pub(super) name: &'static str,
+    pub(super) low: f32,
+    pub(super) high: f32,
+    pub(super) meaning: &'static str,
+}
+
+const fn feature(name: &'static str, (low, high): (f32, f32), meaning: &'static str) -> Feature {
+    Feature { name, low, high, meaning }
+}
+
+const SHARE: (f32, f32) = (0.0, 1.0);
+const SIGNED: (f32, f32) = (-1.0, 1.0);
+
+/// The numbers of a UAV's observation, in this order; those from `off_orbit` to `nearest_uav` are 0 without a group, if
+/// they are not told otherwise. What is beyond a bound is at it.
+pub(super) const FEATURES: [Feature; 19] = [
+    feature("speed", SIGNED, "own speed less the nominal one, in speed_change_max_m_s; 0 where that is 0"),
+    feature("turn_rate", SIGNED, "own turn rate, positive anticlockwise, in turn_rate_max_rad_s"),
+    feature("is_looking", SHARE, "1: its sensor is pointed; 0: it is not"),
+    feature("has_group", SHARE, "1: it serves a group; 0: it serves none"),
+    feature(
+        "off_orbit",
+        (-1.0, 4.0),
+        "(r - r_d) / r_d: distance r from its group's estimated centre, standoff distance r_d",
+    ),
+    feature("centre_ahead", SIGNED, "cosine of the direction to the centre, from its own heading"),
+    feature("centre_left", SIGNED, "sine of the direction to the centre, from its own heading; positive: to the left"),
+    feature("centre_velocity_ahead", (-2.0, 2.0), "the centre's velocity along its own heading, in nominal speeds"),
+    feature("centre_velocity_left", (-2.0, 2.0), "the centre's velocity to its left, in nominal speeds"),
+    feature("standoff_distance", SHARE, "r_d of its group, in radius_max_m"),
+    feature("standoff_rate", SIGNED, "rate of r_d, in nominal speeds"),
+    feature("spread", SHARE, "distance from the centre to the furthest member, in radius_max_m"),
+    feature("uncertainty", SHARE, "largest standard deviation of a member's position, in radius_min_m"),
+    feature("members", SHARE, "members of its group, of all targets with a live track"),
+    feature(
+        "gap_ahead",
+        SHARE,
+        "from its phase to that of the next UAV ahead on the orbit, in turns; 1 if it is alone",
+    ),
+    feature("gap_behind", SHARE, "the same to the next UAV behind"),
+    feature("nearest_uav", SHARE, "distance to the nearest other UAV of its group, in radius_max_m; 1 if it is alone"),
+    feature("unassigned", SHARE, "targets that no group has, of all with a live track"),
+    feature("lost", SHARE, "targets that have no live track any more, of all that ever had one"),
+];
+
+/// How many numbers a UAV's observation has.
+pub(super) const LENGTH: usize = FEATURES.len();
+
+/// Adds the observation of each UAV of a frame; `ever_known` is the number of targets that ever had a live track.
+pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observations: &mut Vec<f32>) {
+    let live = frame.tracks.len();
+    let share = |part: usize, of: usize| if of > 0 { part as f64 / of as f64 } else { 0.0 };
+    let is_nobody_s = |track: &&TrackRow| track.group.is_none() && track.to_group.is_none();
+    let unassigned = share(frame.tracks.iter().filter(is_nobody_s).count(), live);
+    let lost = share(ever_known.saturating_sub(live), ever_known);
+    for uav in &frame.uavs {
+        let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
+        let of_orbit = group.map_or(ALONE, |group| of_orbit(frame, uav, group, team));
+        let change_m_s = team.uav.speed_change_max_m_s;
+        let speed = if change_m_s > 0.0 { (uav.speed_m_s - team.uav.speed_m_s) / change_m_s } else { 0.0 };
+        let own = [
+            speed,
+            uav.turn_rate_rad_s / team.uav.turn_rate_max_rad_s,
+            f64::from(uav.boresight_rad.is_some()),
+            f64::from(group.is_some()),
+        ];
+        let numbers = own.into_iter().chain(of_orbit).chain([unassigned, lost]).zip(&FEATURES);
+        observations.extend(numbers.map(|(number, Feature { low, high, .. })| (number as f32).clamp(*low, *high)));
+    }
+}
+
+/// Without a group.
+const ALONE: [f64; LENGTH - 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+
+/// A UAV about its group's orbit.
+fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) -> [f64; LENGTH - 6] {
+    let (sin, cos) = math::sin_cos(uav.heading_rad);
+    let to_own_axes = |x: f64, y: f64| (cos * x + sin * y, cos * y - sin * x);
+    let (ahead_m, left_m) = to_own_axes(group.x_m - uav.x_m, group.y_m - uav.y_m);
+    let (ahead_m_s, left_m_s) = to_own_axes(group.vx_m_s, group.vy_m_s);
+    let centre_distance_m = (ahead_m * ahead_m + left_m * left_m).sqrt();
+    let along = |part_m: f64| if centre_distance_m > 0.0 { part_m / centre_distance_m } else { 0.0 };
+    let (standoff, nominal_m_s) = (&team.group.standoff, team.uav.speed_m_s);
+    let standoff_distance_m = group.standoff_distance_m;
+    let members = frame.tracks.iter().filter(|track| [track.group, track.to_group].contains(&uav.group));
+    let variance_m2 = members.map(|track| variance_m2(&track.covariance)).fold(0.0, f64::max);
+    let mates = || frame.uavs.iter().filter(|mate| mate.group == uav.group && mate.uav != uav.uav);
+    let sense = team.guidance.sense.sign();
+    let gap = |sign: f64| {
+        let gaps = mates().filter_map(|mate| Some(turns(sign * (mate.phase_rad? - uav.phase_rad?))));
+        gaps.fold(1.0, f64::min)
+    };
+    let squared_m2 = |mate: &UavRow| {
+        let (x_m, y_m) = (mate.x_m - uav.x_m, mate.y_m - uav.y_m);
+        x_m * x_m + y_m * y_m
+    };
+    let nearest_m = mates().map(squared_m2).reduce(f64::min).map_or(standoff.radius_max_m, f64::sqrt);
+    [
+        (centre_distance_m - standoff_distance_m) / standoff_distance_m,
+        along(ahead_m),
+        along(left_m),
+        ahead_m_s / nominal_m_s,
+        left_m_s / nominal_m_s,
+        standoff_distance_m / standoff.radius_max_m,
+        group.standoff_rate_m_s / nominal_m_s,
+        group.spread_m / standoff.radius_max_m,
+        variance_m2.sqrt() / standoff.radius_min_m,
+        f64::from(group.members) / frame.tracks.len().max(1) as f64,
+        gap(sense),
+        gap(-sense),
+        nearest_m / standoff.radius_max_m,
+    ]
+}
+
+/// An angle as a share of a turn, 0 to 1.
+fn turns(angle_rad: f64) -> f64 {
+    let wrapped_rad = Angle::from_rad(angle_rad).rad();
+    (if wrapped_rad < 0.0 { wrapped_rad + TAU } else { wrapped_rad }) / TAU
+}
+
+/// The variance of a position along its worst direction, from the upper triangle of the covariance of
+/// `[x, vx, ax, y, vy, ay]`, m2.
+fn variance_m2(covariance: &[f64; 21]) -> f64 {
+    let (xx, xy, yy) = (covariance[0], covariance[3], covariance[15]);
+    let (half_sum, half_difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    half_sum + (half_difference * half_difference + xy * xy).sqrt()
+}

@@ -1,0 +1,151 @@
+"""``group_tracking_v0``: every UAV of a mission is an agent.
+
+The same worlds, numbers and seeds as :mod:`standoff.gym`, which tells what an agent's observation (features,) and action
+(2,) mean. Agents are called ``uav_0``, ``uav_1``, ... as UAVs are numbered, and live until the mission ends for all.
+
+**Reward** of an agent: as the team's there, 0 to 1, with its own ``on_orbit`` in the place of the mean; the mean over the
+agents is the team's.
+
+**State**: what a central critic may know: the observations of all UAVs one after the other, then the truth of the team:
+``watched``, mean ``on_orbit``, and the share of the scenario's duration that is over; all in bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+from pettingzoo import ParallelEnv
+
+from standoff._standoff import InputError, Instant, Scenario, Worlds
+from standoff.gym import SEED_MAX, Space, action_space, info_of, observation_space
+
+__all__ = ["GroupTrackingParallelEnv", "parallel_env"]
+
+#: What is flown if nothing else is asked for: two UAVs.
+SCENARIO = "tour/02-two-uavs"
+
+Observation = NDArray[np.float32]
+Action = NDArray[np.floating[Any]]
+
+
+class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
+    """One mission, every UAV an agent; the module tells the rest.
+
+    :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
+    :param render_mode: ``None``.
+    :raises standoff.ScenarioError: the scenario cannot be used.
+    """
+
+    metadata: dict[str, Any] = {"name": "group_tracking_v0", "render_modes": [], "is_parallelizable": True}
+
+    def __init__(self, scenario: str | Scenario = SCENARIO, *, render_mode: None = None) -> None:
+        if render_mode is not None:
+            raise InputError(f"render_mode: only None, not {render_mode!r}: look at a run's page instead")
+        self.render_mode = None
+        self._worlds = Worlds(scenario, autoreset="Disabled")
+        self.possible_agents = [f"uav_{uav}" for uav in range(self._worlds.uavs)]
+        self.agents: list[str] = []
+        self.observation_spaces: dict[str, Space] = {agent: observation_space() for agent in self.possible_agents}
+        self.action_spaces: dict[str, Space] = {agent: action_space() for agent in self.possible_agents}
+        team = observation_space(self._worlds.uavs)
+        self.state_space = Box(
+            np.append(team.low, np.zeros(3, np.float32)), np.append(team.high, np.ones(3, np.float32))
+        )
+        self._instant: Instant | None = None
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+        """Begins a mission.
+
+        :param seed: its seed, 0 to 2**63 - 1; without one the next mission is flown, at first one of any seed.
+        :param options: none are known.
+        :returns: observations and infos by agent.
+        """
+        if seed is None and self._instant is None:
+            seed = int(np.random.default_rng().integers(SEED_MAX, endpoint=True))
+        self._instant = self._worlds.reset([seed])
+        self.agents = list(self.possible_agents)
+        return self._observations(self._instant), self._infos(self._instant)
+
+    def step(
+        self, actions: Mapping[str, Action]
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        """Flies the actions of all agents until the next guidance period.
+
+        :param actions: by agent, (2,).
+        :returns: observations, rewards, terminations, truncations, infos by agent.
+        :raises standoff.InputError: an agent too many or too few, another shape or type, or not finite; not reset, or
+            over. Nothing has moved.
+        """
+        if not self.agents:
+            raise InputError("the mission is over, or none has begun: reset first")
+        if set(actions) != set(self.agents):
+            raise InputError(
+                f"actions: one for each of {', '.join(self.agents)}, not for {', '.join(map(str, actions))}"
+            )
+        single = [np.asarray(actions[agent]) for agent in self.agents]
+        for agent, action in zip(self.agents, single, strict=True):
+            if action.shape != (2,):
+                raise InputError(f"actions: of {agent}: shape (2,), not {action.shape}")
+        instant = self._worlds.step(np.stack(single)[np.newaxis])
+        self._instant = instant
+        terminated, truncated = bool(instant.terminated[0]), bool(instant.truncated[0])
+        stepped = (
+            self._observations(instant),
+            {agent: float(instant.uav_rewards[0, place]) for place, agent in enumerate(self.agents)},
+            dict.fromkeys(self.agents, terminated),
+            dict.fromkeys(self.agents, truncated),
+            self._infos(instant),
+        )
+        if terminated or truncated:
+            self.agents = []
+        return stepped
+
+    def law_actions(self) -> dict[str, NDArray[np.float64]]:
+        """The actions of the product's own law at this instant, by agent, (2,)."""
+        return dict(zip(self.possible_agents, self._worlds.law_actions()[0], strict=True))
+
+    def state(self) -> NDArray[np.float32]:
+        """What a central critic may know, as the module tells, in ``state_space``.
+
+        :raises standoff.InputError: not reset.
+        """
+        if self._instant is None:
+            raise InputError("no mission has begun: reset first")
+        instant = self._instant
+        flown = instant.time_s[0] / instant.duration_s[0]
+        truth = np.array([instant.watched[0], instant.mean_on_orbit[0], flown])
+        return np.append(instant.observations[0], truth.astype(np.float32))
+
+    def observation_space(self, agent: str) -> Space:
+        """The space of an agent's observation."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Space:
+        """The space of an agent's action."""
+        return self.action_spaces[agent]
+
+    def render(self) -> None:
+        """Nothing: a run's page shows a flight."""
+
+    def close(self) -> None:
+        """Frees the mission."""
+        self._worlds.close()
+        self.agents = []
+
+    def _observations(self, instant: Instant) -> dict[str, Observation]:
+        return {agent: instant.observations[0, place].copy() for place, agent in enumerate(self.possible_agents)}
+
+    def _infos(self, instant: Instant) -> dict[str, dict[str, Any]]:
+        infos = {}
+        for place, agent in enumerate(self.possible_agents):
+            infos[agent] = {**info_of(instant, 0), "on_orbit": float(instant.on_orbit[0, place])}
+        return infos
+
+
+parallel_env = GroupTrackingParallelEnv
