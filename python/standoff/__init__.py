@@ -8,13 +8,10 @@ from standoff._standoff import (
     Comparison,
     Cued,
     Heard,
-    InputError,
     Observation,
     Picture,
     Run,
     Scenario,
-    ScenarioError,
-    StandoffError,
     Table,
     __version__,
     compare,
@@ -24,6 +21,7 @@ from standoff._standoff import (
     scenarios,
     yardstick,
 )
+from standoff.errors import InputError, ScenarioError, StandoffError
 from standoff.law import Law
 
 __all__ = [

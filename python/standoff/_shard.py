@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import standoff
-from standoff._standoff import StandoffError, _fly_described
+from standoff._standoff import _fly_described
+from standoff.errors import StandoffError
 from standoff._store import Store
 
 PARTS = "parts"

@@ -13,7 +13,7 @@ from typing import Any
 
 import fsspec  # type: ignore[import-untyped]
 
-from standoff._standoff import StandoffError
+from standoff.errors import StandoffError
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from standoff._standoff import InputError, Instant, Scenario, Worlds, observation_features
+from standoff._standoff import Instant, Scenario, Worlds, observation_features
+from standoff.errors import InputError
 
 __all__ = ["GroupTrackingEnv", "GroupTrackingVectorEnv", "observation_features"]
 

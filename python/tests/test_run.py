@@ -55,7 +55,7 @@ def test_a_run_is_the_commands_to_the_byte(
 
 
 def test_the_yardstick_is_the_commands(command: Path) -> None:
-    asked = [command, "yardstick", "traffic/convoy", "--uavs", "3", "--json"]
+    asked = [str(command), "yardstick", "traffic/convoy", "--uavs", "3", "--json"]
     told = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
     assert standoff.yardstick("traffic/convoy", uavs=3) == json.loads(told)
 
@@ -69,7 +69,8 @@ def test_tables_go_wherever_arrow_goes() -> None:
         assert pl.DataFrame(table).shape == whole.shape
         assert list(pd.DataFrame.from_arrow(table).columns) == whole.column_names
     uavs = run.uavs
-    assert duckdb.sql("select count(*) from uavs").fetchall() == [(uavs.num_rows,)]
+    counted = duckdb.sql("select count(*) from uavs")
+    assert counted is not None and counted.fetchall() == [(uavs.num_rows,)]
     assert np.array_equal(uavs.to_numpy("x_m"), pq.read_table(run.dir / "uavs.parquet")["x_m"].to_numpy())
     with pytest.raises(KeyError, match="no table \"uav\"; there are uavs, truth"):
         run.table("uav")

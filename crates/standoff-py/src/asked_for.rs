@@ -1,10 +1,16 @@
 //! Arguments of several functions, and what is told of them.
 
+use std::convert::Infallible;
 use std::ffi::CString;
 use std::num::NonZeroUsize;
 
 use pyo3::exceptions::PyUserWarning;
+#[cfg(feature = "stubs")]
+use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+#[cfg(feature = "stubs")]
+use pyo3::{type_hint_identifier, type_hint_subscript};
 use standoff_sim::scenario::Scenario;
 use standoff_sim::score::Choice;
 
@@ -59,7 +65,53 @@ pub(crate) fn warning(py: Python<'_>, what: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &what, 1)
 }
 
+/// A dict with names as keys.
+pub(crate) struct Dict<'py>(pub(crate) Bound<'py, PyDict>);
+
+impl<'py> Dict<'py> {
+    /// A value of it.
+    pub(crate) fn get(&self, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.0.as_any().get_item(name)
+    }
+
+    /// A dict in it.
+    pub(crate) fn dict(&self, name: &str) -> PyResult<Self> {
+        Ok(Self(self.get(name)?.cast_into()?))
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Dict<'py> {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr = DICT;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self(given.cast::<PyDict>()?.to_owned()))
+    }
+}
+
+impl<'py> IntoPyObject<'py> for Dict<'py> {
+    type Target = PyDict;
+    type Output = Bound<'py, PyDict>;
+    type Error = Infallible;
+
+    #[cfg(feature = "stubs")]
+    const OUTPUT_TYPE: PyStaticExpr = DICT;
+
+    fn into_pyobject(self, _: Python<'py>) -> Result<Self::Output, Self::Error> {
+        Ok(self.0)
+    }
+}
+
+#[cfg(feature = "stubs")]
+const DICT: PyStaticExpr = type_hint_subscript!(
+    type_hint_identifier!("builtins", "dict"),
+    type_hint_identifier!("builtins", "str"),
+    type_hint_identifier!("typing", "Any")
+);
+
 /// JSON as Python has it.
-pub(crate) fn json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
-    py.import("json")?.call_method1("loads", (text,))
+pub(crate) fn json<'py>(py: Python<'py>, text: &str) -> PyResult<Dict<'py>> {
+    Ok(Dict(py.import("json")?.call_method1("loads", (text,))?.cast_into()?))
 }

@@ -6,13 +6,12 @@ use std::sync::PoisonError;
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use standoff_results::{Failure, REPORT, of_batch, report};
 use standoff_sim::monte_carlo::{Batch as Flown, Progress, Results, Shard, fly_into, merge as merge_shards};
 use standoff_sim::scenario::Template;
 use standoff_sim::score::Choice;
 
-use crate::asked_for::{Wanted, count, json, number_of_threads, warn};
+use crate::asked_for::{Dict, Wanted, count, json, number_of_threads, warn};
 use crate::failure::{InputError, StandoffError, of_batch as refused};
 use crate::folder::in_folder;
 use crate::run::framed;
@@ -60,7 +59,7 @@ impl Batch {
 
     /// ``summary.json`` as a dict: what was flown, and the statistics of every metric.
     #[getter]
-    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         let text = match self.file("summary.json") {
             Some(text) => text,
             None => {
@@ -68,13 +67,13 @@ impl Batch {
                 summary.json().map_err(|error| StandoffError::new_err(error.to_string()))?
             }
         };
-        Ok(json(py, &text)?.cast_into()?)
+        json(py, &text)
     }
 
     /// For every metric its statistics over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
     #[getter]
-    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        Ok(self.summary(py)?.as_any().get_item("metrics")?.cast_into()?)
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        self.summary(py)?.dict("metrics")
     }
 
     /// ``runs.parquet``: a row per run, in order, with ``run``, ``seed`` and a column per metric.
@@ -85,7 +84,7 @@ impl Batch {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (summary, batch) = (self.summary(py)?, self.results.batch());
-        let (runs, scenario) = (batch.flown(), summary.as_any().get_item("scenario")?);
+        let (runs, scenario) = (batch.flown(), summary.get("scenario")?);
         Ok(format!("Batch({scenario}, {} runs, {:?})", runs.end - runs.start, self.folder()))
     }
 
@@ -99,7 +98,7 @@ impl Batch {
         let statistics = ["n", "mean", "sd", "p5", "p50", "p95", "max"];
         let heads: String = statistics.iter().map(|name| format!("<th>{name}</th>")).collect();
         let mut table = format!("<table><tr><th>metric</th>{heads}</tr>");
-        for (metric, numbers) in self.metrics(py)? {
+        for (metric, numbers) in self.metrics(py)?.0 {
             table += &format!("<tr><td>{}</td>", escaped(&metric.to_string())?);
             for name in statistics {
                 let number = numbers.get_item(name)?;

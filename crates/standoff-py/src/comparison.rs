@@ -6,14 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use standoff_results::{of_batch, refused};
 use standoff_sim::monte_carlo::{Comparison as Flown, compare as compare_scenarios, compare_results};
 use standoff_sim::run::fly_while;
 use standoff_sim::scenario::{Template, built_in};
 use standoff_sim::score::{Choice, Metrics, Scorer};
 
-use crate::asked_for::{Wanted, count, json, number_of_threads, warn};
+use crate::asked_for::{Dict, Wanted, count, json, number_of_threads, warn};
 use crate::batch::Batch;
 use crate::failure::{InputError, StandoffError, of_scenario};
 use crate::law::{self, Answering, Asked};
@@ -32,24 +31,24 @@ pub(crate) struct Comparison {
 impl Comparison {
     /// What A is.
     #[getter]
-    fn a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.to_dict(py)?.get_item("a")
+    fn a(&self, py: Python<'_>) -> PyResult<String> {
+        self.to_dict(py)?.get("a")?.extract()
     }
 
     /// What B is.
     #[getter]
-    fn b<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.to_dict(py)?.get_item("b")
+    fn b(&self, py: Python<'_>) -> PyResult<String> {
+        self.to_dict(py)?.get("b")?.extract()
     }
 
     /// For every metric its numbers: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
     #[getter]
-    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        Ok(self.to_dict(py)?.get_item("metrics")?.cast_into()?)
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        self.to_dict(py)?.dict("metrics")
     }
 
     /// All of it as a dict: what ``standoff compare --json`` prints.
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         json(py, &self.json)
     }
 
@@ -61,13 +60,7 @@ impl Comparison {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let all = self.to_dict(py)?;
-        Ok(format!(
-            "Comparison({}: {} and {}, {} runs)",
-            "B - A",
-            all.get_item("a")?,
-            all.get_item("b")?,
-            all.get_item("runs")?
-        ))
+        Ok(format!("Comparison({}: {} and {}, {} runs)", "B - A", all.get("a")?, all.get("b")?, all.get("runs")?))
     }
 }
 

@@ -1,19 +1,13 @@
-//! What goes wrong, as exceptions.
+//! What goes wrong, as exceptions: python/standoff/errors.py has them, since what is made here has no types in the stubs.
 
-use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::import_exception;
 use pyo3::prelude::*;
 use standoff_results::Failure;
 use standoff_sim::monte_carlo::MonteCarloError;
 
-create_exception!(standoff, StandoffError, PyException, "Something failed while running: a disk, a run.");
-create_exception!(standoff, InputError, PyValueError, "Wrong input: a scenario, a record, an argument.");
-create_exception!(
-    standoff,
-    ScenarioError,
-    InputError,
-    "A scenario that cannot be used; what is wrong is drawn under what was typed."
-);
+import_exception!(standoff.errors, StandoffError);
+import_exception!(standoff.errors, InputError);
+import_exception!(standoff.errors, ScenarioError);
 
 /// As an exception; where something was typed, what is wrong is drawn under it.
 pub(crate) fn raised(failure: &Failure) -> PyErr {

@@ -25,8 +25,6 @@ mod _standoff {
     #[pymodule_export]
     use super::envs::{Instant, Worlds, observation_features};
     #[pymodule_export]
-    use super::failure::{InputError, ScenarioError, StandoffError};
-    #[pymodule_export]
     use super::law::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
     #[pymodule_export]
     use super::pieces::{

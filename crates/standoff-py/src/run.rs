@@ -7,12 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, fly, has_older_run, refused, tell};
 use standoff_sim::run::Mission;
 use standoff_sim::score::Choice;
 
-use crate::asked_for::{Wanted, count, json, warn, warning};
+use crate::asked_for::{Dict, Wanted, count, json, warn, warning};
 use crate::failure::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
 use crate::law::{self, Answering};
@@ -119,7 +118,7 @@ pub(crate) fn run(
     seed: i64,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
-    set: Option<&Bound<'_, PyDict>>,
+    set: Option<Dict<'_>>,
     metrics: Wanted,
     out: Option<PathBuf>,
     maps: Vec<PathBuf>,
@@ -127,7 +126,7 @@ pub(crate) fn run(
     law_limit_s: f64,
     yardstick: bool,
 ) -> PyResult<Py<Run>> {
-    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(count("seed", seed, 0)?)?;
+    let scenario = changed_as_asked(scenario, traffic, uavs, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     let choice = metrics.choice()?;
     warn(py, &scenario)?;
     let answering = law.map(|_| Answering::within(law_limit_s)).transpose()?;
@@ -187,9 +186,9 @@ pub(crate) fn yardstick<'py>(
     seed: i64,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
-    set: Option<&Bound<'py, PyDict>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let scenario = changed_as_asked(scenario, traffic, uavs, set)?.drawn(count("seed", seed, 0)?)?;
+    set: Option<Dict<'py>>,
+) -> PyResult<Dict<'py>> {
+    let scenario = changed_as_asked(scenario, traffic, uavs, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     warn(py, &scenario)?;
     let work = move || Yardsticked::of(&scenario).json();
     let Ended { done, raised } = listening(py, &AtomicBool::default(), None, || Ok(()), work)?;
@@ -225,14 +224,14 @@ impl Run {
 
     /// ``summary.json`` as a dict: what was flown, metrics, events, how each target fared.
     #[getter]
-    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        Ok(json(py, &self.summary)?.cast_into()?)
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        json(py, &self.summary)
     }
 
     /// What the run came to: a float by the name of each metric, None where there was nothing to measure.
     #[getter]
-    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        Ok(self.summary(py)?.as_any().get_item("metrics")?.cast_into()?)
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        self.summary(py)?.dict("metrics")
     }
 
     /// The scenario that was flown, every value drawn and spelt out, TOML.
@@ -301,7 +300,7 @@ impl Run {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let summary = self.summary(py)?;
-        let (scenario, seed) = (summary.as_any().get_item("scenario")?, summary.as_any().get_item("seed")?);
+        let (scenario, seed) = (summary.get("scenario")?, summary.get("seed")?);
         Ok(format!("Run({scenario}, seed {seed}, {:?})", self.dir))
     }
 

@@ -8,6 +8,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use standoff_sim::scenario::{BUILT_IN, Edits, Template};
 use toml::{Table, Value};
 
+use crate::asked_for::Dict;
 use crate::failure::{ScenarioError, of_scenario};
 
 /// What is flown: a built-in scenario, a scenario file, or TOML; with changes.
@@ -76,7 +77,7 @@ pub(crate) fn changed_as_asked(
     scenario: Option<&Bound<'_, PyAny>>,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
-    set: Option<&Bound<'_, PyDict>>,
+    set: Option<&Dict<'_>>,
 ) -> PyResult<Scenario> {
     let default = if traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
     let (source, edits) = match scenario {
@@ -98,9 +99,9 @@ impl Scenario {
         scenario: &Bound<'_, PyAny>,
         traffic: Option<PathBuf>,
         uavs: Option<u32>,
-        set: Option<&Bound<'_, PyDict>>,
+        set: Option<Dict<'_>>,
     ) -> PyResult<Self> {
-        changed_as_asked(Some(scenario), traffic, uavs, set)
+        changed_as_asked(Some(scenario), traffic, uavs, set.as_ref())
     }
 
     /// A scenario typed as TOML.
@@ -123,14 +124,14 @@ impl Scenario {
     /// :raises ScenarioError: what is wrong, drawn under it as TOML.
     #[staticmethod]
     #[pyo3(signature = (scenario, *, name="scenario"))]
-    fn from_dict(scenario: &Bound<'_, PyDict>, name: &str) -> PyResult<Self> {
-        Self::from_toml(&table(scenario)?.to_string(), name)
+    fn from_dict(scenario: Dict<'_>, name: &str) -> PyResult<Self> {
+        Self::from_toml(&table(&scenario.0)?.to_string(), name)
     }
 
     /// The same with more changes; parameters as of the class.
     #[pyo3(signature = (*, traffic=None, uavs=None, set=None))]
-    fn changed(&self, traffic: Option<PathBuf>, uavs: Option<u32>, set: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        Self::load(self.source.clone(), changed(self.edits.clone(), traffic, uavs, set)?)
+    fn changed(&self, traffic: Option<PathBuf>, uavs: Option<u32>, set: Option<Dict<'_>>) -> PyResult<Self> {
+        Self::load(self.source.clone(), changed(self.edits.clone(), traffic, uavs, set.as_ref())?)
     }
 
     /// What it is called.
@@ -152,8 +153,8 @@ impl Scenario {
     }
 
     /// :attr:`toml` as nested dicts.
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import("tomllib")?.call_method1("loads", (self.toml()?,))
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        Ok(Dict(py.import("tomllib")?.call_method1("loads", (self.toml()?,))?.cast_into()?))
     }
 
     /// The scenario of a seed as TOML with every value drawn and spelt out; loading it gives the same run.
@@ -168,6 +169,7 @@ impl Scenario {
         format!("Scenario({:?}{changes})", self.template.name())
     }
 
+    #[pyo3(signature = () -> "tuple[object, tuple[object, ...]]")]
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let Edits { set, traffic, uavs } = self.edits.clone();
         let (name, toml, folder) = match self.source.clone() {
@@ -214,15 +216,10 @@ fn path(scenario: &Bound<'_, PyAny>) -> PyResult<String> {
     })
 }
 
-fn changed(
-    mut edits: Edits,
-    traffic: Option<PathBuf>,
-    uavs: Option<u32>,
-    set: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Edits> {
+fn changed(mut edits: Edits, traffic: Option<PathBuf>, uavs: Option<u32>, set: Option<&Dict<'_>>) -> PyResult<Edits> {
     edits.traffic = traffic.or(edits.traffic);
     edits.uavs = uavs.or(edits.uavs);
-    for (key, value) in set.into_iter().flatten() {
+    for (key, value) in set.into_iter().flat_map(|set| set.0.iter()) {
         let key: String = key.extract().map_err(|_| ScenarioError::new_err("set: keys are str"))?;
         let value = self::value(&value).map_err(|what| ScenarioError::new_err(format!("set: {key}: {what}")))?;
         edits.set.push(format!("{key}={value}"));

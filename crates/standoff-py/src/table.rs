@@ -139,18 +139,18 @@ impl Table {
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyCapsule>> {
+    ) -> PyResult<Bound<'py, PyAny>> {
         // Whoever asks for other types must cast: the protocol leaves it to the producer whether it does.
         drop(requested_schema);
         let stream = FFI_ArrowArrayStream::new(Box::new(self.reader(ProjectionMask::all())?));
-        PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
+        PyCapsule::new_with_value(py, stream, c"arrow_array_stream").map(Bound::into_any)
     }
 
     /// Names and types of the columns as a schema of Arrow's C data interface.
-    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let schema = FFI_ArrowSchema::try_from(self.schema().as_ref());
         let schema = schema.map_err(|error| InputError::new_err(format!("{}: {error}", self.path)))?;
-        PyCapsule::new_with_value(py, schema, c"arrow_schema")
+        PyCapsule::new_with_value(py, schema, c"arrow_schema").map(Bound::into_any)
     }
 
     fn __repr__(&self) -> String {

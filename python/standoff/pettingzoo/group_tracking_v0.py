@@ -20,7 +20,8 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from standoff._standoff import InputError, Instant, Scenario, Worlds
+from standoff._standoff import Instant, Scenario, Worlds
+from standoff.errors import InputError
 from standoff.gym import SEED_MAX, Space, action_space, info_of, observation_space
 
 __all__ = ["GroupTrackingParallelEnv", "parallel_env"]
