@@ -10,6 +10,7 @@ import json
 import math
 import os
 import queue
+import re
 import shutil
 import tempfile
 import time
@@ -105,8 +106,8 @@ def monte_carlo(
     store = Store.of(out, storage_options)
     there = _complete(store, described)
     if there is None:
-        flight = _Flight(client, store, threads=threads, retries=retries, progress=progress)
-        there = flight.fly(_plan(client, store, scenario, described, runs, shards))
+        plan = _plan(client, store, scenario, described, runs, shards)
+        there = _Flight(client, store, scenario, plan, threads=threads, retries=retries, progress=progress).fly()
     store.remove(PARTS)
     return there
 
@@ -132,21 +133,24 @@ def _complete(store: Store, described: str) -> Batch | None:
 
 
 def _must_be_this(store: Store, described: str, there: str) -> None:
-    difference = _difference(described, there, None)
+    try:
+        difference = _difference(described, there, None)
+    except InputError as error:
+        raise InputError(f"{store.url}: {error}; name another folder, or remove that one") from None
     if difference is not None:
         raise InputError(f"{store.url} holds another batch: {difference}; name another folder, or remove that one")
 
 
-def _plan(
-    client: Client, store: Store, scenario: Scenario, described: str, runs: int, shards: int | None
-) -> Plan:
+def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs: int, shards: int | None) -> Plan:
     """The plan in the store, or a new one."""
     kept = store.read(PLAN)
     if kept is not None:
         try:
             plan = Plan.of_json(kept)
         except (TypeError, ValueError) as error:
-            raise InputError(f"{store.url}: {PLAN} is damaged ({error}); name another folder, or remove that one") from None
+            raise InputError(
+                f"{store.url}: {PLAN} is damaged ({error}); name another folder, or remove that one"
+            ) from None
         _must_be_this(store, described, plan.described)
         if shards not in (None, plan.shards):
             raise InputError(
@@ -203,25 +207,24 @@ class _Flight:
         self,
         client: Client,
         store: Store,
+        scenario: Scenario,
+        plan: Plan,
         *,
         threads: int,
         retries: int,
         progress: Callable[[int, int], object] | None,
     ) -> None:
-        self.client, self.store = client, store
+        self.client, self.store, self.scenario, self.plan = client, store, scenario, plan
+        self.runs: int = json.loads(plan.described)["runs"]
         self.threads, self.retries, self.progress = threads, retries, progress
         self.tries: Counter[int] = Counter()
-        self.done: set[int] = set()
-
-    def fly(self, plan: Plan) -> Batch:
-        """Flies what is missing in the store, and merges all of it."""
-        self.plan = plan
-        self.runs: int = json.loads(plan.described)["runs"]
-        self.name: str = json.loads(plan.described)["scenario"]
         self.done = self._kept()
+
+    def fly(self) -> Batch:
+        """Flies what is missing in the store, and merges all of it."""
         self._tell()
         while True:
-            self._fly(shard for shard in range(plan.shards) if shard not in self.done)
+            self._fly(shard for shard in range(self.plan.shards) if shard not in self.done)
             with tempfile.TemporaryDirectory(prefix="standoff-") as home:
                 folders = self._fetched(Path(home))
                 damaged = [shard for shard, folder in folders.items() if not self._is_whole(shard, folder)]
@@ -229,7 +232,7 @@ class _Flight:
                     return self._merged(list(folders.values()))
             for shard in damaged:
                 self._failed(shard, "what is in the store is damaged")
-                self.store.remove(folder_of(shard, plan.shards))
+                self.store.remove(folder_of(shard, self.plan.shards))
                 self.done.discard(shard)
 
     def _kept(self) -> set[int]:
@@ -241,20 +244,25 @@ class _Flight:
     def _fly(self, missing: Iterable[int]) -> None:
         """Has the cluster fly these shards."""
         ended: queue.SimpleQueue[Future[str]] = queue.SimpleQueue()
-        flying: dict[str, tuple[int, Future[str]]] = {}
+        flying: dict[object, tuple[int, Future[str]]] = {}
         refused: dict[int, InputError] = {}
         batch = uuid.uuid4().hex[:8]
         version, plan_crc32 = standoff.__version__, zlib.crc32(self.plan.to_json())
 
         def launch(shards: Iterable[int]) -> None:
-            order = Order(version, self.store.url, dict(self.store.options), plan_crc32, 0, self.plan.shards, self.threads)
+            order = Order(
+                version, self.store.url, dict(self.store.options), plan_crc32, 0, self.plan.shards, self.threads
+            )
             orders = [asdict(replace(order, shard=shard)) for shard in shards]
             if not orders:
                 return
             # Dask's dashboard calls a group of tasks what stands before the first "-".
-            start = self.name.replace("-", "_")
+            start = self.scenario.name.replace("-", "_")
             keys = [f"{start}-{o['shard']}-of-{o['shards']}-{batch}-{self.tries[o['shard']]}" for o in orders]
-            futures = self.client.map(fly_shard, orders, key=keys, pure=False)
+            try:
+                futures = self.client.map(fly_shard, orders, key=keys, pure=False)
+            except Exception as error:
+                raise StandoffError(f"the scheduler takes no tasks: {error}; {self._told()}") from error
             for asked, future in zip(orders, futures, strict=True):
                 flying[future.key] = (asked["shard"], future)
                 future.add_done_callback(ended.put)
@@ -299,8 +307,17 @@ class _Flight:
             cancel(lambda _: True)
             raise
         if refused:
-            error = refused[min(refused)]
-            raise type(error)(f"{error}; {self._told()}") from error
+            raise self._as_typed(refused[min(refused)])
+
+    def _as_typed(self, error: InputError) -> InputError:
+        """The same of what was typed here: workers have it spelt out, on other lines."""
+        seed = re.match(r"seed (\d+): ", str(error))
+        if seed is not None:
+            try:
+                self.scenario.resolved(int(seed[1]))
+            except InputError as typed:
+                return InputError(f"{seed[0]}{typed}\n{self._kept_told()}")
+        return InputError(f"{error}\n{self._kept_told()}")
 
     def _failed(self, shard: int, why: str) -> None:
         """Counts what a shard has cost; gives it up when that is too much."""
@@ -340,6 +357,8 @@ class _Flight:
             done = sum((shard + 1) * self.runs // shards - shard * self.runs // shards for shard in self.done)
             self.progress(done, self.runs)
 
+    def _kept_told(self) -> str:
+        return f"{len(self.done)} of {self.plan.shards} shards are complete in {self.store.url}"
+
     def _told(self) -> str:
-        kept = f"{len(self.done)} of {self.plan.shards} shards are complete in {self.store.url}"
-        return f"{kept}: the same call goes on from there"
+        return f"{self._kept_told()}: the same call goes on from there"

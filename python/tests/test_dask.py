@@ -1,0 +1,395 @@
+"""Batches on Dask: whatever is killed, and wherever the store is, the bytes are those of one machine."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+import standoff
+import standoff.dask
+from distributed import Client, LocalCluster
+from standoff import InputError, StandoffError
+from standoff.dask import WorkerError, monte_carlo
+
+RUNS = 300
+BOUND_S = 45
+"""Longer than any test here takes: what hangs is told, not waited for."""
+
+
+@pytest.fixture(autouse=True)
+def bounded() -> Iterator[None]:
+    def late(number: int, frame: object) -> None:
+        raise TimeoutError(f"not done after {BOUND_S} s")
+
+    signal.signal(signal.SIGALRM, late)
+    signal.alarm(BOUND_S)
+    yield
+    signal.alarm(0)
+
+
+def pair() -> standoff.Scenario:
+    """The paper's pair, for 20 s only."""
+    return standoff.Scenario("paper/table-2-pair", set={"duration_s": 20, "settle_s": 5})
+
+
+def slow() -> standoff.Scenario:
+    """One run takes some 50 ms: there is time to kill something."""
+    return standoff.Scenario("best/figure-9")
+
+
+SLOW_RUNS = 48
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+@contextmanager
+def cluster(workers: int) -> Iterator[Client]:
+    with LocalCluster(
+        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0", host="127.0.0.1"
+    ) as started:
+        with Client(started) as client:
+            yield client
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    with cluster(3) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def one_machine(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    return files(standoff.monte_carlo(pair(), runs=RUNS, out=tmp_path_factory.mktemp("one") / "machine").dir)
+
+
+@pytest.fixture(scope="module")
+def slow_on_one_machine(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    return files(standoff.monte_carlo(slow(), runs=SLOW_RUNS, out=tmp_path_factory.mktemp("slow") / "machine").dir)
+
+
+def pids(client: Client) -> dict[str, int]:
+    found: dict[str, int] = client.run(os.getpid)
+    return found
+
+
+def wait_until(is_so: Callable[[], object], what: str) -> None:
+    until = time.monotonic() + 20
+    while not is_so():
+        assert time.monotonic() < until, f"waited in vain until {what}"
+        time.sleep(0.02)
+
+
+def kept(store: Path) -> dict[str, int]:
+    """The shards in a store, and when they were put there."""
+    return {path.parent.name: path.stat().st_mtime_ns for path in store.glob("parts/*-of-*/monte-carlo.json")}
+
+
+def test_one_worker_or_three_any_shards_the_bytes_are_those_of_one_machine(
+    three: Client, one_machine: dict[str, bytes], tmp_path: Path
+) -> None:
+    done: list[tuple[int, int]] = []
+    batch = monte_carlo(
+        three, pair(), runs=RUNS, shards=7, out=tmp_path / "three", progress=lambda *now: done.append(now)
+    )
+    assert batch.dir == tmp_path / "three" and files(batch.dir) == one_machine
+    assert done[0] == (0, RUNS) and done[-1] == (RUNS, RUNS) and len(done) == 8 and done == sorted(done)
+    with cluster(1) as one:
+        assert files(monte_carlo(one, pair(), runs=RUNS, out=tmp_path / "one").dir) == one_machine
+    # Complete already: nothing is flown.
+    monte_carlo(three, pair(), runs=RUNS, out=tmp_path / "three", progress=lambda *now: done.clear())
+    assert done
+
+
+def test_a_worker_killed_amid_a_batch_costs_no_byte(
+    three: Client, slow_on_one_machine: dict[str, bytes], tmp_path: Path
+) -> None:
+    before = pids(three)
+    killed: list[int] = []
+
+    def kill(done: int, of: int) -> None:
+        if 0 < done < of and not killed:
+            for flying in [address for address, keys in three.processing().items() if keys][:1]:
+                killed.append(before[flying])
+                os.kill(before[flying], signal.SIGKILL)
+
+    batch = monte_carlo(three, slow(), runs=SLOW_RUNS, shards=12, out=tmp_path / "out", progress=kill)
+    assert files(batch.dir) == slow_on_one_machine
+    three.wait_for_workers(3, timeout=20)
+    assert killed and killed[0] not in pids(three).values()
+
+
+def test_a_shard_that_kills_every_worker_is_given_up(three: Client, tmp_path: Path) -> None:
+    stop = threading.Event()
+
+    def kill_all() -> None:
+        while not stop.wait(0.05):
+            for pid in nannied():
+                with suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+
+    def nannied() -> list[int]:
+        with suppress(Exception):
+            return [pid for address, pid in pids(three).items() if three.processing().get(address)]
+        return []
+
+    killer = threading.Thread(target=kill_all)
+    killer.start()
+    try:
+        with pytest.raises(
+            StandoffError, match=r"shard 0/1 failed 1 times; .*KilledWorker.*0 of 1 shards are complete"
+        ):
+            monte_carlo(three, slow(), runs=1000, shards=1, retries=0, out=tmp_path / "out")
+    finally:
+        stop.set()
+        killer.join()
+    three.wait_for_workers(3, timeout=20)
+
+
+CLIENT = """
+import sys, standoff, standoff.dask, distributed
+with distributed.Client(sys.argv[1]) as client:
+    standoff.dask.monte_carlo(client, "best/figure-9", runs=int(sys.argv[2]), shards=12, out=sys.argv[3])
+"""
+
+
+def test_a_client_killed_amid_a_batch_goes_on_from_what_is_kept(
+    three: Client, slow_on_one_machine: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    address = three.scheduler_info()["address"]
+    client = subprocess.Popen([sys.executable, "-c", CLIENT, str(address), str(SLOW_RUNS), str(out)])
+    try:
+        wait_until(lambda: len(kept(out)) >= 2, "two shards are kept")
+    finally:
+        client.kill()
+        client.wait()
+    # What its shards were is cancelled with it.
+    wait_until(lambda: not any(three.processing().values()), "its tasks are gone")
+    before = kept(out)
+    assert 2 <= len(before) < 12
+    # One that was half uploaded when its worker died, two that were damaged since: none is taken for whole.
+    names = sorted(before)
+    (out / "parts" / names[0] / "monte-carlo.json").unlink()
+    runs = out / "parts" / names[1] / "runs.parquet"
+    runs.write_bytes(runs.read_bytes()[:-100])
+    batch = monte_carlo(three, slow(), runs=SLOW_RUNS, out=out)
+    assert files(batch.dir) == slow_on_one_machine
+
+
+@contextmanager
+def processes_of_dask(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A scheduler and two workers, each a process of its own; the address of the scheduler."""
+    with ExitStack() as ended:
+
+        def start(*arguments: str) -> subprocess.Popen[bytes]:
+            command = [sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]]
+            with open(folder / f"{arguments[0]}.log", "ab") as log:
+                process = subprocess.Popen(command, stdout=log, stderr=log, cwd=folder)
+            ended.callback(process.wait)
+            ended.callback(process.kill)
+            return process
+
+        found = folder / "scheduler.json"
+        found.unlink(missing_ok=True)
+        # No dashboard: its port may be taken.
+        scheduler = start(
+            "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(found)
+        )
+        wait_until(found.exists, "the scheduler has told its address")
+        for _ in range(2):
+            start(
+                "worker", "--scheduler-file", str(found), "--nthreads", "1", "--no-nanny", "--no-dashboard",
+                "--host", "127.0.0.1", "--local-directory", str(folder), "--death-timeout", "5",
+            )  # fmt: skip
+        yield scheduler, str(found)
+
+
+def test_a_scheduler_killed_amid_a_batch_goes_on_from_what_is_kept(
+    slow_on_one_machine: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    with processes_of_dask(tmp_path) as (scheduler, found):
+        with Client(scheduler_file=found, timeout=20) as client:
+            client.wait_for_workers(2, timeout=20)
+
+            def kill(done: int, of: int) -> None:
+                if done > 0:
+                    scheduler.kill()
+
+            with pytest.raises(StandoffError, match="of 12 shards are complete in .*: the same call goes on"):
+                monte_carlo(client, slow(), runs=SLOW_RUNS, shards=12, out=out, progress=kill)
+            client.close(timeout=1)
+    before = kept(out)
+    assert 1 <= len(before) < 12
+    again: dict[str, int] = {}
+
+    def look(done: int, of: int) -> None:
+        again.update(kept(out))
+
+    with processes_of_dask(tmp_path) as (scheduler, found):
+        with Client(scheduler_file=found, timeout=20) as client:
+            batch = monte_carlo(client, slow(), runs=SLOW_RUNS, out=out, progress=look)
+    assert files(batch.dir) == slow_on_one_machine
+    assert len(again) == 12 and before.items() <= again.items(), "a shard that was kept was flown again"
+
+
+def test_an_interrupt_cancels_the_tasks_that_fly(three: Client, tmp_path: Path) -> None:
+    def interrupt() -> None:
+        wait_until(lambda: any(three.processing().values()), "shards fly")
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        monte_carlo(three, slow(), runs=100_000, shards=3, out=tmp_path / "out")
+    began = time.monotonic()
+    # A shard of half an hour would keep its worker from anything else.
+    assert three.submit(sum, [1, 2], pure=False).result(timeout=10) == 3
+    executing = "lambda dask_worker: len(dask_worker.state.executing)"
+    wait_until(lambda: not any(three.run(eval(executing)).values()), "no shard flies")
+    assert time.monotonic() - began < 10
+
+
+def test_a_worker_of_another_version_is_refused(three: Client, tmp_path: Path) -> None:
+    def become(version: str) -> None:
+        import standoff
+
+        standoff.__version__ = version  # type: ignore[misc]
+
+    odd = next(iter(pids(three)))
+    three.run(become, "0.0.9", workers=[odd])
+    try:
+        with pytest.raises(WorkerError) as error:
+            monte_carlo(three, pair(), runs=RUNS, shards=30, out=tmp_path / "out")
+    finally:
+        three.run(become, standoff.__version__, workers=[odd])
+    told = (
+        f"worker {odd} has standoff 0.0.9, the client {standoff.__version__}: install the same version on all of them"
+    )
+    assert str(error.value).startswith(told)
+
+
+def test_a_worker_of_another_build_is_refused(three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(standoff.dask, "first_run_crc32", lambda *asked: 1)
+    with pytest.raises(WorkerError, match="flies the first run otherwise than the client"):
+        monte_carlo(three, pair(), runs=RUNS, out=tmp_path / "out")
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="the shards there are another build's"):
+        monte_carlo(three, pair(), runs=RUNS, out=tmp_path / "out")
+
+
+def test_a_traffic_file_goes_along(three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("cars.csv").write_text("t,id,x,y\n" + "".join(f"{t},a,{9 * t},0\n{t},b,0,{7 * t}\n" for t in range(40)))
+    scenario = standoff.Scenario("traffic/convoy", traffic="cars.csv")
+    one = standoff.monte_carlo(scenario, runs=20)
+    batch = monte_carlo(three, scenario, runs=20, shards=4, out="out")
+    assert batch.dir == tmp_path / "out" and files(batch.dir) == files(one.dir)
+
+
+def test_of_seeds_that_cannot_be_flown_the_lowest_is_told(three: Client, tmp_path: Path) -> None:
+    uniform = {"uniform": {"min": 300.0, "max": 750.0}}
+    scenario = pair().changed(set={"orbit.radius_min_m": uniform})
+    with pytest.raises(InputError) as of_one:
+        standoff.monte_carlo(scenario, runs=20, seed=5)
+    with pytest.raises(InputError) as of_three:
+        monte_carlo(three, scenario, runs=20, seed=5, shards=20, out=tmp_path / "out")
+    assert str(of_three.value).startswith(str(of_one.value)) and "seed " in str(of_one.value)
+
+
+@contextmanager
+def s3() -> Iterator[dict[str, Any]]:
+    """An S3 server on this machine, with a bucket; how it is reached."""
+    from moto.server import ThreadedMotoServer
+
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    try:
+        host, port = server.get_host_and_port()
+        options = {"key": "a", "secret": "b", "client_kwargs": {"endpoint_url": f"http://{host}:{port}"}}
+        import s3fs  # type: ignore[import-untyped]
+
+        s3fs.S3FileSystem(**options).mkdir("batches")
+        yield options
+    finally:
+        server.stop()
+
+
+def test_a_store_on_s3_holds_the_same_bytes(three: Client, one_machine: dict[str, bytes]) -> None:
+    import s3fs
+
+    with s3() as options:
+        asked: dict[str, Any] = {"runs": RUNS, "out": "s3://batches/of/mine", "storage_options": options}
+
+        def stop(done: int, of: int) -> None:
+            if done > 0:
+                raise ZeroDivisionError
+
+        with pytest.raises(ZeroDivisionError):
+            monte_carlo(three, pair(), shards=5, progress=stop, **asked)
+        done: list[int] = []
+        batch = monte_carlo(three, pair(), progress=lambda now, of: done.append(now), **asked)
+        assert 0 < done[0] < RUNS and done[-1] == RUNS
+        store = s3fs.S3FileSystem(use_listings_cache=False, **options)
+        there = {path.removeprefix("batches/of/mine/"): store.cat_file(path) for path in store.find("batches/of/mine")}
+        assert there == one_machine == files(batch.dir)
+        again = monte_carlo(three, pair(), progress=lambda now, of: done.clear(), **asked)
+        assert done and files(again.dir) == one_machine and again.dir != batch.dir
+        with pytest.raises(InputError, match=r"s3://batches/of/mine holds another batch: the first seed is 1, not 2"):
+            monte_carlo(three, pair(), seed=2, **asked)
+
+
+def test_a_store_that_workers_do_not_reach_is_told(three: Client) -> None:
+    with pytest.raises(WorkerError, match="does not find this batch's parts/batch.json in memory://out: out must be"):
+        monte_carlo(three, pair(), runs=9, out="memory://out")
+
+
+def test_wrong_input_is_told(three: Client, tmp_path: Path) -> None:
+    def refused(told: str, **wrong: Any) -> None:
+        asked: dict[str, Any] = {"runs": 9, "out": tmp_path / "out", **wrong}
+        with pytest.raises(InputError) as error:
+            monte_carlo(asked.pop("client", three), asked.pop("scenario", pair()), **asked)
+        assert told in str(error.value)
+
+    refused("client: must be a distributed.Client", client="tcp://127.0.0.1:8786")
+    refused("runs = 0: must be at least 1", runs=0)
+    refused("shards = 0: must be at least 1", shards=0)
+    refused("shards = 10: must be at most 9", shards=10)
+    refused("threads = 0: must be at least 1", threads=0)
+    refused("retries = -1: must be at least 0", retries=-1)
+    refused("no such metric", metrics="anes")
+    refused("no such scenario", scenario="papers/table-2-pair")
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "letter.txt").write_text("Dear Sir or Madam")
+    refused("holds letter.txt, no batch", out=tmp_path / "taken")
+    with pytest.raises(StandoffError, match="gopher://hole: cannot .*gopher"):
+        monte_carlo(three, pair(), runs=9, out="gopher://hole")
+    monte_carlo_of_half(three, tmp_path / "half")
+    refused("holds this batch in 3 shards, not 4", out=tmp_path / "half", shards=4)
+    refused("the number of runs is 9, not 8", out=tmp_path / "half", runs=8)
+
+
+def monte_carlo_of_half(client: Client, out: Path) -> None:
+    def stop(done: int, of: int) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        monte_carlo(client, pair(), runs=9, shards=3, out=out, progress=stop)
+
+
+def test_shards_fly_for_about_a_minute_and_all_workers_have_some() -> None:
+    shards = standoff.dask._shards
+    assert shards(10_000_000, 0.0025, 16) == 417
+    assert shards(10_000_000, 0.0025, 1000) == 4000
+    assert shards(1000, 0.0025, 16) == 3, "a second each at least"
+    assert shards(5, 100.0, 2) == 5 and shards(1, 1e-6, 1) == 1
+    assert shards(100_000_000, 1.0, 10) == 10_000
