@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import threading
+import time
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,8 +36,8 @@ class Plan:
 
     described: str
     shards: int
-    traffic: str | None
-    """Name of the traffic file, which is in the store."""
+    has_traffic: bool
+    """The traffic file is in the store, too."""
     first_crc32: int
     """Checksum of the batch's first run as the client flies it: every build that takes part must fly the same."""
 
@@ -45,7 +46,12 @@ class Plan:
 
     @staticmethod
     def of_json(text: bytes) -> Plan:
-        return Plan(**json.loads(text))
+        """What :meth:`to_json` told; a ValueError or TypeError if it is none."""
+        plan = Plan(**json.loads(text))
+        kinds = [type(value) for value in plan.__dict__.values()]
+        if kinds != [str, int, bool, int] or plan.shards < 1:
+            raise ValueError("not a plan")
+        return plan
 
     def first_run(self) -> str:
         """The shard that is the first run alone."""
@@ -89,7 +95,7 @@ def fly_shard(order: dict[str, Any]) -> str:
         )
     asked = Order(**order)
     store = Store(asked.url, asked.options)
-    text = store.read(PLAN)
+    text = _read_plan(store)
     if text is None or zlib.crc32(text) != asked.plan_crc32:
         raise WorkerError(
             f"worker {worker.name} does not find this batch's {PLAN} in {store.url}: "
@@ -99,9 +105,9 @@ def fly_shard(order: dict[str, Any]) -> str:
     with tempfile.TemporaryDirectory(prefix="standoff-", dir=worker.folder, ignore_cleanup_errors=True) as temporary:
         home = Path(temporary)
         traffic = None
-        if plan.traffic is not None:
-            traffic = home / plan.traffic
-            store.get([f"{TRAFFIC}/{plan.traffic}"], [traffic])
+        if plan.has_traffic:
+            traffic = home / "traffic"
+            store.get([TRAFFIC], [traffic])
         with _checking:
             if asked.plan_crc32 not in _checked:
                 _check_build(plan, traffic, home / "first", worker)
@@ -114,6 +120,16 @@ def fly_shard(order: dict[str, Any]) -> str:
         for name in sorted(files, key=lambda name: name == MANIFEST):
             store.put(part / name, f"{folder}/{name}")
     return folder
+
+
+def _read_plan(store: Store) -> bytes | None:
+    """The plan. File systems that machines share may show a new file a little later."""
+    for _ in range(4):
+        text = store.read(PLAN)
+        if text is not None:
+            return text
+        time.sleep(0.5)
+    return None
 
 
 def _check_build(plan: Plan, traffic: Path | None, folder: Path, worker: _Worker) -> None:

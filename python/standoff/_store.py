@@ -33,10 +33,14 @@ class Store:
 
     @cached_property
     def _opened(self) -> tuple[Any, str]:
-        # Listings that are kept would hide what other machines have put there since.
-        options = {"use_listings_cache": False, **self.options}
-        file_system, root = fsspec.core.url_to_fs(self.url, **options)
+        file_system, root = fsspec.core.url_to_fs(self.url, **self.options)
         return file_system, root.rstrip("/")
+
+    def _looked_at_anew(self) -> tuple[Any, str]:
+        """What is remembered of a store would hide what other machines have put there since."""
+        file_system, root = self._opened
+        file_system.invalidate_cache()
+        return file_system, root
 
     @cached_property
     def folder(self) -> Path | None:
@@ -48,7 +52,7 @@ class Store:
     def names(self, under: str = "") -> list[str]:
         """Names of all files, or of those in a folder of it; with the folders they are in."""
         with self._told("list"):
-            file_system, root = self._opened
+            file_system, root = self._looked_at_anew()
             top = _within(root, under)
             if not file_system.exists(top):
                 return []
@@ -57,7 +61,7 @@ class Store:
     def read(self, name: str) -> bytes | None:
         """What a file holds; None if it is not there."""
         with self._told(f"read {name}"):
-            file_system, root = self._opened
+            file_system, root = self._looked_at_anew()
             try:
                 return bytes(file_system.cat_file(_within(root, name)))
             except FileNotFoundError:
@@ -118,12 +122,14 @@ def _within(root: str, name: str) -> str:
 
 @contextmanager
 def _replacing(path: Path) -> Iterator[Path]:
-    """A file beside its place, which takes that place when it is written."""
+    """A file beside its place, which takes that place when it is on the disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
     # Of two that write the same, each has its own.
     partial = path.with_name(f"{path.name}.{os.urandom(4).hex()}.partial")
     try:
         yield partial
+        with open(partial, "rb+") as written:
+            os.fsync(written.fileno())
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)

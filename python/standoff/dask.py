@@ -159,12 +159,12 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
             )
     else:
         # What a client that was killed has left of its traffic is no harm.
-        others = [name for name in store.names() if not name.startswith(f"{TRAFFIC}/")]
+        others = [name for name in store.names() if name != TRAFFIC]
         if others:
             raise InputError(f"{store.url} holds {others[0]}, no batch; name another folder, or an empty one")
         if shards is not None and shards > runs:
             raise InputError(f"shards = {shards}: must be at most {runs}, a run for each")
-        plan = Plan(described, shards or 0, None, 0)
+        plan = Plan(described, shards or 1, False, 0)
     traffic = scenario.traffic_file
     with tempfile.TemporaryDirectory(prefix="standoff-") as home:
         began = time.perf_counter()
@@ -186,9 +186,8 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
                 run_s = (time.perf_counter() - began) / several
             shards = _shards(runs, run_s, sum(client.nthreads().values()))
     if traffic is not None:
-        store.put(traffic, f"{TRAFFIC}/{traffic.name}")
-        plan = replace(plan, traffic=traffic.name)
-    plan = replace(plan, shards=shards, first_crc32=first_crc32)
+        store.put(traffic, TRAFFIC)
+    plan = Plan(described, shards, traffic is not None, first_crc32)
     store.write(PLAN, plan.to_json())
     return plan
 

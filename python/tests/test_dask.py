@@ -109,6 +109,22 @@ def test_one_worker_or_three_any_shards_the_bytes_are_those_of_one_machine(
     assert done
 
 
+def test_the_page_s_batch_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "many-machines.md").read_text()
+    code = page.split("```python\n")[1].split("```")[0]
+    monkeypatch.chdir(tmp_path)
+    there: dict[str, Any] = {}
+    try:
+        exec(
+            code.replace("runs=400", "runs=40").replace("workers=2", "workers=2, dashboard_address='127.0.0.1:0'"),
+            there,
+        )
+        assert there["batch"].dir == tmp_path / "batch"
+    finally:
+        there["client"].close()
+        there["cluster"].close()
+
+
 def test_a_worker_killed_amid_a_batch_costs_no_byte(
     three: Client, slow_on_one_machine: dict[str, bytes], tmp_path: Path
 ) -> None:

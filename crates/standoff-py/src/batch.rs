@@ -14,7 +14,7 @@ use standoff_sim::score::Choice;
 use crate::asked_for::{Dict, Wanted, count, json, number_of_threads, warn};
 use crate::failure::{InputError, StandoffError, of_batch as refused};
 use crate::folder::in_folder;
-use crate::run::framed;
+use crate::html::{framed, html_table};
 use crate::scenario::asked_for;
 use crate::table::Table;
 use crate::waiting::{Told, while_listening};
@@ -90,28 +90,10 @@ impl Batch {
 
     /// As a notebook shows it: its page, or else its statistics.
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
-        let escape = py.import("html")?.getattr("escape")?;
-        let escaped = |text: &str| escape.call1((text,))?.extract::<String>();
         if let Some(page) = self.file("report.html") {
             return framed(py, &page);
         }
-        let statistics = ["n", "mean", "sd", "p5", "p50", "p95", "max"];
-        let heads: String = statistics.iter().map(|name| format!("<th>{name}</th>")).collect();
-        let mut table = format!("<table><tr><th>metric</th>{heads}</tr>");
-        for (metric, numbers) in self.metrics(py)?.0 {
-            table += &format!("<tr><td>{}</td>", escaped(&metric.to_string())?);
-            for name in statistics {
-                let number = numbers.get_item(name)?;
-                let shown = if number.is_none() {
-                    "-".to_owned()
-                } else {
-                    number.call_method1("__format__", (".4g",))?.to_string()
-                };
-                table += &format!("<td>{shown}</td>");
-            }
-            table += "</tr>";
-        }
-        Ok(table + "</table>")
+        html_table(py, &self.metrics(py)?, &["n", "mean", "sd", "p5", "p50", "p95", "max"], |_| Ok(""))
     }
 }
 

@@ -15,6 +15,7 @@ use standoff_sim::score::{Choice, Metrics, Scorer};
 use crate::asked_for::{Dict, Wanted, count, json, number_of_threads, warn};
 use crate::batch::Batch;
 use crate::failure::{InputError, StandoffError, of_scenario};
+use crate::html::{escaped, html_table};
 use crate::law::{self, Answering, Asked};
 use crate::scenario::{Scenario, asked_for};
 use crate::waiting::{Told, listening, while_listening};
@@ -41,6 +42,18 @@ impl Comparison {
         self.to_dict(py)?.get("b")?.extract()
     }
 
+    /// The first seed.
+    #[getter]
+    fn seed(&self, py: Python<'_>) -> PyResult<u64> {
+        self.to_dict(py)?.get("seed")?.extract()
+    }
+
+    /// Number of runs of each.
+    #[getter]
+    fn runs(&self, py: Python<'_>) -> PyResult<u64> {
+        self.to_dict(py)?.get("runs")?.extract()
+    }
+
     /// For every metric its numbers: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
@@ -59,8 +72,17 @@ impl Comparison {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let all = self.to_dict(py)?;
-        Ok(format!("Comparison({}: {} and {}, {} runs)", "B - A", all.get("a")?, all.get("b")?, all.get("runs")?))
+        Ok(format!("Comparison(a={:?}, b={:?}, runs={})", self.a(py)?, self.b(py)?, self.runs(py)?))
+    }
+
+    /// As a notebook shows it: a row per metric; * where the difference is of interest.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let columns = ["n", "mean_a", "mean_b", "difference", "b_smaller"];
+        let told = format!("A: {}, B: {}, {} runs of each", self.a(py)?, self.b(py)?, self.runs(py)?);
+        let table = html_table(py, &self.metrics(py)?, &columns, |numbers| {
+            Ok(if numbers.get_item("differs")?.is_truthy()? { " *" } else { "" })
+        })?;
+        Ok(format!("<p>{}</p>{table}", escaped(py, &told)?))
     }
 }
 

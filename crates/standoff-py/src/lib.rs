@@ -6,6 +6,7 @@ mod comparison;
 mod envs;
 mod failure;
 mod folder;
+mod html;
 mod law;
 mod pieces;
 mod run;

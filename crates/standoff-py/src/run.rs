@@ -14,6 +14,7 @@ use standoff_sim::score::Choice;
 use crate::asked_for::{Dict, Wanted, count, json, warn, warning};
 use crate::failure::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
+use crate::html::framed;
 use crate::law::{self, Answering};
 use crate::scenario::changed_as_asked;
 use crate::table::Table;
@@ -309,10 +310,4 @@ impl Run {
         let Ok(page) = fs::read_to_string(self.dir.join("report.html")) else { return Ok(None) };
         framed(py, &page).map(Some)
     }
-}
-
-/// A page in a frame of its own, with nothing to fetch.
-pub(crate) fn framed(py: Python<'_>, page: &str) -> PyResult<String> {
-    let page: String = py.import("html")?.call_method1("escape", (page,))?.extract()?;
-    Ok(format!("<iframe style=\"width: 100%; height: 640px; border: 0\" srcdoc=\"{page}\"></iframe>"))
 }
