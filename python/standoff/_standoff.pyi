@@ -7,8 +7,10 @@ from numpy import bool_, float64, int64
 from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from pathlib import Path
-from types import CapsuleType
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
+
+__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cued", "Filter", "Heard", "Instant", "Observation", "Parameters", "Picture", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Worlds", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
+
 __version__: Final[str]
 
 @final
@@ -31,7 +33,7 @@ class Batch:
         The folder: ``runs.parquet``, ``summary.json``, ``monte-carlo.json``, ``report.html``.
         """
     @property
-    def metrics(self, /) -> dict:
+    def metrics(self, /) -> dict[str, Any]:
         """
         For every metric its statistics over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
         """
@@ -41,7 +43,7 @@ class Batch:
         ``runs.parquet``: a row per run, in order, with ``run``, ``seed`` and a column per metric.
         """
     @property
-    def summary(self, /) -> dict:
+    def summary(self, /) -> dict[str, Any]:
         """
         ``summary.json`` as a dict: what was flown, and the statistics of every metric.
         """
@@ -186,13 +188,17 @@ class Comparison:
     docs/monte-carlo.md says what each number is.
     """
     def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str:
+        """
+        As a notebook shows it: a row per metric; * where the difference is of interest.
+        """
     @property
-    def a(self, /) -> Any:
+    def a(self, /) -> str:
         """
         What A is.
         """
     @property
-    def b(self, /) -> Any:
+    def b(self, /) -> str:
         """
         What B is.
         """
@@ -202,11 +208,21 @@ class Comparison:
         What ``standoff compare --json`` prints.
         """
     @property
-    def metrics(self, /) -> dict:
+    def metrics(self, /) -> dict[str, Any]:
         """
         For every metric its numbers: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
         """
-    def to_dict(self, /) -> Any:
+    @property
+    def runs(self, /) -> int:
+        """
+        Number of runs of each.
+        """
+    @property
+    def seed(self, /) -> int:
+        """
+        The first seed.
+        """
+    def to_dict(self, /) -> dict[str, Any]:
         """
         All of it as a dict: what ``standoff compare --json`` prints.
         """
@@ -744,7 +760,7 @@ class Run:
         Each group and the orbit about it.
         """
     @property
-    def metrics(self, /) -> dict:
+    def metrics(self, /) -> dict[str, Any]:
         """
         What the run came to: a float by the name of each metric, None where there was nothing to measure.
         """
@@ -754,7 +770,7 @@ class Run:
         The scenario that was flown, every value drawn and spelt out, TOML.
         """
     @property
-    def summary(self, /) -> dict:
+    def summary(self, /) -> dict[str, Any]:
         """
         ``summary.json`` as a dict: what was flown, metrics, events, how each target fared.
         """
@@ -799,20 +815,20 @@ class Scenario:
     :param set: values to change, by dotted key: ``{"guidance.lead_s": 1.5}``; nested dicts are tables.
     :raises ScenarioError: what is wrong, drawn under what was typed.
     """
-    def __new__(cls, /, scenario: Any, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict | None = None) -> Scenario: ...
-    def __reduce__(self, /) -> tuple[Any, tuple]: ...
+    def __new__(cls, /, scenario: Any, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario: ...
+    def __reduce__(self, /) -> "tuple[object, tuple[object, ...]]": ...
     def __repr__(self, /) -> str: ...
     @staticmethod
     def _restored(name: str, toml: str | None, folder: str | PathLike[str] | None, set: SupportsGetItem[int, str], traffic: str | PathLike[str] | None, uavs: SupportsIndex | None) -> Scenario:
         """
         What was pickled.
         """
-    def changed(self, /, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict | None = None) -> Scenario:
+    def changed(self, /, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario:
         """
         The same with more changes; parameters as of the class.
         """
     @staticmethod
-    def from_dict(scenario: dict, *, name: str = "scenario") -> Scenario:
+    def from_dict(scenario: dict[str, Any], *, name: str = "scenario") -> Scenario:
         """
         A scenario of nested dicts, as :meth:`to_dict` gives them and as ``tomllib`` reads scenario files.
 
@@ -840,7 +856,7 @@ class Scenario:
 
         :param seed: seed of everything random, 0 to 2**63 - 1.
         """
-    def to_dict(self, /) -> Any:
+    def to_dict(self, /) -> dict[str, Any]:
         """
         :attr:`toml` as nested dicts.
         """
@@ -925,11 +941,11 @@ class Table:
     It speaks Arrow's C data interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``,
     ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` take it over without a copy.
     """
-    def __arrow_c_schema__(self, /) -> CapsuleType:
+    def __arrow_c_schema__(self, /) -> Any:
         """
         Names and types of the columns as a schema of Arrow's C data interface.
         """
-    def __arrow_c_stream__(self, /, requested_schema: Any | None = None) -> CapsuleType:
+    def __arrow_c_stream__(self, /, requested_schema: Any | None = None) -> Any:
         """
         The table as a stream of Arrow's C data interface.
         """
@@ -1193,7 +1209,7 @@ def pair_information_1_m4(range_m: ArrayLike, separation_rad: ArrayLike, *, para
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
 
-def run(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, yardstick: bool = False) -> Run:
+def run(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, yardstick: bool = False) -> Run:
     """
     Flies a scenario into a record: the same files, to the byte, as ``standoff run``, and the same numbers.
 
@@ -1292,7 +1308,7 @@ def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
     :raises InputError: an argument of another shape or type, or a number that is none.
     """
 
-def yardstick(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict | None = None) -> Any:
+def yardstick(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
 
@@ -1300,5 +1316,3 @@ def yardstick(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: 
     :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.
     :raises ScenarioError: the scenario cannot be used.
     """
-
-def __getattr__(name: str) -> Incomplete: ...

@@ -33,16 +33,8 @@ except ModuleNotFoundError as error:
     raise ModuleNotFoundError(f"standoff.dask: {error}; pip install 'standoff[dask]'", name=error.name) from error
 
 import standoff
-from standoff._standoff import (
-    Batch,
-    InputError,
-    Scenario,
-    StandoffError,
-    _described,
-    _difference,
-    _fly_described,
-    merge,
-)
+from standoff._standoff import Batch, Scenario, _described, _difference, _fly_described, merge
+from standoff.errors import InputError, StandoffError
 
 __all__ = ["WorkerError", "monte_carlo"]
 

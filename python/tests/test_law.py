@@ -114,7 +114,7 @@ class Watcher(Law):
     sees, decides_for, replaces = "picture", "team", "guidance"
     seen: list[Any] = []
 
-    def decide(self, observations: list[Observation]) -> list[None]:  # type: ignore[override]
+    def decide(self, observations: list[Observation]) -> list[None]:
         self.seen.append(observations[0].picture)
         return [None] * len(observations)
 

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import duckdb
 import numpy as np
-import pandas as pd
+import pandas as pd  # type: ignore[import-untyped]
 import polars as pl
-import pyarrow as pa
-import pyarrow.parquet as pq
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
 import pytest
 
 import standoff
@@ -135,7 +135,7 @@ def test_what_is_wrong_is_said(asked: dict[str, object], error: type[Exception],
 def test_what_is_wrong_in_a_text_is_drawn_under_it() -> None:
     toml = standoff.Scenario("tour/01-one-uav").toml.replace("duration_s = ", "duration_s = -")
     with pytest.raises(standoff.ScenarioError, match=r"--> mine:\d+:\d+\n") as raised:
-        standoff.Scenario.from_toml(toml, name="mine")
+        standoff.Scenario.from_toml(toml, name="mine").resolved(1)
     assert "\n  | ^^^" in str(raised.value) or " ^" in str(raised.value)
 
 

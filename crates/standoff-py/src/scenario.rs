@@ -13,7 +13,8 @@ use crate::failure::{ScenarioError, of_scenario};
 
 /// What is flown: a built-in scenario, a scenario file, or TOML; with changes.
 ///
-/// Before anything is drawn: one scenario for every seed. Docs: docs/scenarios.md lists the keys.
+/// Before anything is drawn: one scenario for every seed. What is out of range is told when a seed is drawn, flown or
+/// :meth:`resolved`. docs/scenarios.md lists the keys.
 ///
 /// :param scenario: a built-in scenario's name, or the path of a scenario file (str or os.PathLike).
 /// :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
@@ -41,10 +42,7 @@ impl Scenario {
             Source::Named(name) => Template::load(name, &edits),
             Source::Toml { name, toml, folder } => Template::of_toml(name, toml, &edits, folder),
         };
-        let template = template.map_err(of_scenario)?;
-        // As `standoff check`: ranges are looked at when something is drawn.
-        template.draw(1).map_err(of_scenario)?;
-        Ok(Self { source, edits, template })
+        Ok(Self { source, edits, template: template.map_err(of_scenario)? })
     }
 
     pub(crate) fn template(&self) -> &Template {

@@ -110,7 +110,7 @@ impl Command {
 }
 
 /// What a teammate says of an instant: where it was, and what its sensor measured.
-#[pyclass(frozen, get_all, module = "standoff")]
+#[pyclass(frozen, get_all, name = "Report", module = "standoff")]
 pub(crate) struct Heard {
     /// Who says it.
     uav: u32,
@@ -149,7 +149,7 @@ fn state(py: Python<'_>, state: &UavState) -> Py<PyArray1<f64>> {
 }
 
 /// A target that a search aircraft hands over when it appears.
-#[pyclass(frozen, get_all, module = "standoff")]
+#[pyclass(frozen, get_all, name = "Cue", module = "standoff")]
 pub(crate) struct Cued {
     /// Which target.
     target: u32,

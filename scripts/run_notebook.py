@@ -1,0 +1,24 @@
+#!/usr/bin/env python3
+"""Runs a notebook from its beginning and writes it with what came out: run_notebook.py NOTEBOOK OUT.ipynb.
+
+Exits with 1 at the first cell that fails, or if one that should show something shows nothing.
+"""
+
+import sys
+
+import nbclient
+import nbformat
+
+
+def main() -> None:
+    given, out = sys.argv[1:]
+    notebook = nbformat.read(given, as_version=4)
+    nbclient.NotebookClient(notebook, timeout=240, kernel_name="python3").execute()
+    nbformat.write(notebook, out)
+    shown = sum(bool(cell.outputs) for cell in notebook.cells if cell.cell_type == "code")
+    if shown < 2:
+        sys.exit(f"{given}: only {shown} cells show anything")
+
+
+if __name__ == "__main__":
+    main()
