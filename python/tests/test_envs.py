@@ -153,6 +153,14 @@ def test_a_world_does_the_same_beside_others_on_any_number_of_threads() -> None:
     assert alone == flown(5, 1) == flown(5, 2) == flown(5, 16)
 
 
+def test_a_mind_each_and_one_mind_for_all_fly_the_same() -> None:
+    told = []
+    for minds in ("one", "each"):
+        env = GroupTrackingEnv(Scenario(SHORT, set={"team.minds": minds}))
+        told.append([env.reset(seed=1)[0]] + [env.step(drawn((4, 2), step))[0] for step in range(20)])
+    np.testing.assert_array_equal(np.stack(told[0]), np.stack(told[1]))
+
+
 def test_arrays_are_the_caller_s() -> None:
     """What was given is not written to by a later step, and writing to it changes nothing."""
     envs = GroupTrackingVectorEnv(2, scenario=SHORT)
@@ -219,7 +227,7 @@ def test_what_is_told_lies_in_its_space_wherever_the_uavs_fly() -> None:
         seen = []
         for step in range(420):
             assert observations.dtype == np.float32 and observations in envs.observation_space
-            actions = [envs.law_actions(), draws.choice([-1e300, 0.0, 1.0], envs.action_space.shape)][step // 210]
+            actions = [envs.law_actions(), draws.choice([-1.7e308, 0.0, 1.0], envs.action_space.shape)][step // 210]
             assert (np.abs(envs.law_actions()) <= 1.0).all()
             observations, rewards, _, _, infos = envs.step(actions)
             assert ((rewards >= 0.0) & (rewards <= 1.0)).all() and np.isfinite(infos["standoff_error_m"]).all()
@@ -241,6 +249,19 @@ def test_the_first_observation_says_where_the_orbit_is() -> None:
     assert said["off_orbit"] == pytest.approx(800.0 / 250.0 - 1.0, abs=0.5)
     assert said["centre_velocity_ahead"] == pytest.approx(3.0 / 40.0, abs=0.15)
     assert said["centre_velocity_left"] == pytest.approx(-8.0 / 40.0, abs=0.15)
+
+
+def test_the_first_observation_of_two_says_who_is_ahead() -> None:
+    """tour/02: UAV 1 starts 40 degrees ahead on a ring of 600 m; r_d is 250 m, at most 700 m, and a cue's standard
+    deviation 20 m. They turn anticlockwise, about three vehicles."""
+    first, second = GroupTrackingEnv("tour/02-two-uavs").reset(seed=1)[0]
+    for uav, ahead, behind in [(first, 40.0, 320.0), (second, 320.0, 40.0)]:
+        assert uav[feature("gap_ahead")] * 360.0 == pytest.approx(ahead, abs=2.0)
+        assert uav[feature("gap_behind")] * 360.0 == pytest.approx(behind, abs=2.0)
+        assert uav[feature("nearest_uav")] * 700.0 == pytest.approx(1200.0 * np.sin(np.radians(20.0)), abs=0.1)
+        assert uav[feature("standoff_distance")] * 700.0 == pytest.approx(250.0, abs=0.01)
+        assert uav[feature("uncertainty")] * 250.0 == pytest.approx(20.0, abs=0.01)
+        assert 10.0 < uav[feature("spread")] * 700.0 < 160.0 and uav[feature("members")] == 1.0
 
 
 def test_an_action_is_a_turn_rate_and_a_speed() -> None:
@@ -429,6 +450,7 @@ def test_who_has_not_begun_or_is_closed_is_told_so() -> None:
     [
         ({"count": 0}, "count: 0 is not from 1 to 100000"),
         ({"count": 10**9}, "count: 1000000000 is not"),
+        ({"count": -1}, "count: -1 is not"),
         ({"threads": 0}, "threads: 0 is not"),
         ({"autoreset": "never"}, "autoreset: .*never.* is none of NextStep, SameStep, Disabled"),
     ],

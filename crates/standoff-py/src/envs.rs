@@ -91,7 +91,7 @@ pub(crate) struct Instant {
 impl Worlds {
     #[new]
     #[pyo3(signature = (scenario, *, count=1, autoreset="NextStep", threads=1))]
-    fn new(scenario: &Bound<'_, PyAny>, count: usize, autoreset: &str, threads: usize) -> PyResult<Self> {
+    fn new(scenario: &Bound<'_, PyAny>, count: i64, autoreset: &str, threads: i64) -> PyResult<Self> {
         let scenario = asked_for(scenario)?;
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
@@ -102,11 +102,11 @@ impl Worlds {
                 return Err(InputError::new_err(what));
             }
         };
-        for (what, number, most) in [("count", count, COUNT_MAX), ("threads", threads, THREADS_MAX)] {
-            if !(1..=most).contains(&number) {
-                return Err(InputError::new_err(format!("{what}: {number} is not from 1 to {most}")));
-            }
-        }
+        let within = |what: &str, number: i64, most: usize| {
+            let wrong = || InputError::new_err(format!("{what}: {number} is not from 1 to {most}"));
+            usize::try_from(number).ok().filter(|number| (1..=most).contains(number)).ok_or_else(wrong)
+        };
+        let (count, threads) = (within("count", count, COUNT_MAX)?, within("threads", threads, THREADS_MAX)?);
         let uavs = scenario.drawn(0)?.uavs.len();
         let kind = Kind { template: scenario.template().clone(), uavs };
         let places = (0..count).map(|_| Place::default()).collect();

@@ -1,5 +1,6 @@
 //! Worlds side by side, each its own: what one does is the same beside however many, on however many threads.
 
+use std::sync::Mutex;
 use std::thread;
 
 use super::world::{Kind, NoMission, Seeds, World};
@@ -41,13 +42,19 @@ pub(super) fn step(
         }
     };
     let per_thread = places.len().div_ceil(threads).max(1);
-    let mut parts = places.chunks_mut(per_thread).zip(actions.chunks(per_thread * per_world));
-    thread::scope(|scope| {
-        let first = parts.next();
-        for part in parts {
-            scope.spawn(|| fly(part));
+    let others = places.len().div_ceil(per_thread).saturating_sub(1);
+    let parts = Mutex::new(places.chunks_mut(per_thread).zip(actions.chunks(per_thread * per_world)));
+    let fly_what_is_left = || {
+        while let Some(part) = parts.lock().ok().and_then(|mut parts| parts.next()) {
+            fly(part);
         }
-        first.into_iter().for_each(fly);
+    };
+    thread::scope(|scope| {
+        for _ in 0..others {
+            // Where the system has no thread to give, those that there are do the work.
+            let _ = thread::Builder::new().spawn_scoped(scope, fly_what_is_left);
+        }
+        fly_what_is_left();
     });
     places.iter_mut().find_map(|place| place.failed.take()).map_or(Ok(()), Err)
 }

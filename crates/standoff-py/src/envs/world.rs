@@ -163,8 +163,9 @@ impl World {
     }
 }
 
-/// What an action asks of a UAV; what is beyond -1 to 1 is limited by whoever flies it.
+/// What an action asks of a UAV.
 fn command(turn_rate: f64, speed: f64, uav: &UavParams) -> Command {
+    let [turn_rate, speed] = [turn_rate, speed].map(|part| part.clamp(-1.0, 1.0));
     Command {
         speed_m_s: uav.speed_m_s + speed * uav.speed_change_max_m_s,
         turn_rate_rad_s: turn_rate * uav.turn_rate_max_rad_s,
