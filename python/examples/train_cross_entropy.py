@@ -145,9 +145,9 @@ def picture(training: Training) -> str:
     def y(value: float) -> float:
         return 20 + (height - 20 - bottom) * (high - value) / max(high - low, 1e-9)
 
-    def line(values: Sequence[float], colour: str, name: str, dash: str = "") -> str:
+    def line(values: Sequence[float], colour: str, name: str, dash: str = "", down: float = 4.0) -> str:
         points = " ".join(f"{x(number):.1f},{y(value):.1f}" for number, value in enumerate(values))
-        label = f'<text x="{x(len(values) - 1) + 6:.1f}" y="{y(values[-1]) + 4:.1f}" fill="{colour}">{name}</text>'
+        label = f'<text x="{x(len(values) - 1) + 6:.1f}" y="{y(values[-1]) + down:.1f}" fill="{colour}">{name}</text>'
         return f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-dasharray="{dash}"/>{label}'
 
     n = len(training.curve)
@@ -163,7 +163,7 @@ def picture(training: Training) -> str:
         + line([training.law_return] * n, "#555555", "law", "6 3")
         + line([half] * n, "#999999", "half the gap", "2 3")
         + line([training.random_return] * n, "#555555", "random", "6 3")
-        + line([g.mean_policy for g in training.curve], "#0b6fb8", "mean policy")
+        + line([g.mean_policy for g in training.curve], "#0b6fb8", "mean policy", down=20.0)
         + "</svg>\n"
     )
 
