@@ -332,7 +332,6 @@ def test_losing_everything_ends_the_mission_and_gains_nothing() -> None:
         env.step(np.zeros((1, 2)))
 
 
-@pytest.mark.skipif(not hasattr(standoff, "run"), reason="runs are not in this build")
 @pytest.mark.parametrize("scenario", ["paper/figure-9", FOUR])
 def test_the_law_scores_as_in_a_run(scenario: str) -> None:
     """The rewards' terms, averaged over a mission flown by the law, are the metrics of the same run."""

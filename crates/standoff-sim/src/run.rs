@@ -237,11 +237,6 @@ impl<B: Brain> Mission<B> {
         Some(&self.frame)
     }
 
-    /// The brain, between both halves of an instant: to ask it, or to tell it what nobody says on the radio.
-    pub fn brain(&mut self) -> &mut B {
-        &mut self.brain
-    }
-
     /// The instant that is played next, or is observed.
     pub fn now(&self) -> Time {
         Time::from_us(self.tick * self.settings.period.us())
