@@ -11,6 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import dask
 import pytest
 import standoff
 import standoff.dask
@@ -32,6 +33,15 @@ def bounded() -> Iterator[None]:
     signal.alarm(BOUND_S)
     yield
     signal.alarm(0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def scratch(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What Dask's processes leave when they are killed lies with what the tests leave."""
+    folder = str(tmp_path_factory.mktemp("scratch"))
+    with pytest.MonkeyPatch.context() as patch, dask.config.set(temporary_directory=folder):
+        patch.setenv("DASK_TEMPORARY_DIRECTORY", folder)
+        yield
 
 
 def pair() -> standoff.Scenario:
@@ -61,7 +71,7 @@ def cluster(workers: int) -> Iterator[Client]:
 
 
 @pytest.fixture(scope="module")
-def three(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+def three(scratch: None) -> Iterator[Client]:
     with cluster(3) as client:
         yield client
 
@@ -392,6 +402,12 @@ def test_wrong_input_is_told(three: Client, tmp_path: Path) -> None:
     monte_carlo_of_half(three, tmp_path / "half")
     refused("holds this batch in 3 shards, not 4", out=tmp_path / "half", shards=4)
     refused("the number of runs is 9, not 8", out=tmp_path / "half", runs=8)
+    plan = tmp_path / "half" / "parts" / "batch.json"
+    for damaged in (plan.read_bytes()[:-9], plan.read_bytes().replace(b'"shards": 3', b'"shards": -3'), b"[]"):
+        plan.write_bytes(damaged)
+        refused("half: parts/batch.json is damaged", out=tmp_path / "half")
+    (tmp_path / "half" / "monte-carlo.json").write_text("{")
+    refused("half: a batch as text: EOF", out=tmp_path / "half")
 
 
 def monte_carlo_of_half(client: Client, out: Path) -> None:
