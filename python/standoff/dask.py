@@ -26,8 +26,19 @@ from typing import Any
 try:
     from distributed import Client, Future
 
-    from standoff._shard import MANIFEST, PARTS, PLAN, RUNS, TRAFFIC, Order, Plan, WorkerError, first_run_crc32
-    from standoff._shard import fly_shard, folder_of
+    from standoff._shard import (
+        MANIFEST,
+        PARTS,
+        PLAN,
+        RUNS,
+        TRAFFIC,
+        Order,
+        Plan,
+        WorkerError,
+        first_run_crc32,
+        fly_shard,
+        folder_of,
+    )
     from standoff._store import Store
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(f"standoff.dask: {error}; pip install 'standoff[dask]'", name=error.name) from error

@@ -6,17 +6,22 @@ import subprocess
 import sys
 import threading
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import dask
 import pytest
+from distributed import Client, LocalCluster
+
 import standoff
 import standoff.dask
-from distributed import Client, LocalCluster
 from standoff import InputError, StandoffError
+from standoff._shard import PLAN, Order, fly_shard
+from standoff._store import Store
 from standoff.dask import WorkerError, monte_carlo
 
 RUNS = 300
@@ -178,6 +183,31 @@ def test_a_shard_that_kills_every_worker_is_given_up(three: Client, tmp_path: Pa
         stop.set()
         killer.join()
     three.wait_for_workers(3, timeout=20)
+
+
+def test_a_shard_that_is_half_uploaded_is_no_shard(
+    three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    monte_carlo_of_half(three, out)
+    plan_crc32 = zlib.crc32((out / PLAN).read_bytes())
+    order = asdict(Order(standoff.__version__, str(out), {}, plan_crc32, shard=1, shards=3, threads=1))
+    put, wants = Store.put, [2]
+
+    def fail_after(store: Store, file: Path, name: str) -> None:
+        if not wants[0]:
+            raise StandoffError("the worker dies here")
+        wants[0] -= 1
+        put(store, file, name)
+
+    monkeypatch.setattr(Store, "put", fail_after)
+    with pytest.raises(StandoffError, match="dies here"):
+        fly_shard(order)
+    assert sorted(files(out)) == ["parts/1-of-3/runs.parquet", "parts/1-of-3/summary.json", "parts/batch.json"]
+    monkeypatch.undo()
+    done: list[int] = []
+    batch = monte_carlo(three, pair(), runs=9, out=out, progress=lambda now, of: done.append(now))
+    assert done[0] == 0 and files(batch.dir) == files(standoff.monte_carlo(pair(), runs=9).dir)
 
 
 CLIENT = """
