@@ -91,10 +91,12 @@ def monte_carlo(
         all workers busy. A batch that goes on has as many as it had.
     :param threads: threads of one shard. 1 fits workers with a thread per core; a worker flies as many shards at a
         time as it has threads (``nthreads``).
-    :param retries: how often a shard is flown again whose worker died, or that failed for another reason than its input.
+    :param retries: how often a shard is flown again whose worker died, or that failed for another reason than its
+        input.
     :param storage_options: what fsspec needs to open ``out``, here and on the workers.
     :param progress: called as ``progress(done, of)``, runs, whenever a shard is complete.
-    :returns: the complete batch: in ``out`` if that is a folder of this machine, else in a temporary one, which goes with it.
+    :returns: the complete batch: in ``out`` if that is a folder of this machine, else in a temporary one, which goes
+        with it.
     :raises InputError: the scenario or an argument is wrong, a seed cannot be flown, or ``out`` holds something else.
     :raises WorkerError: a worker has another version of standoff, or does not reach the store.
     :raises StandoffError: something failed on the way; shards that are complete are kept in ``out``.
