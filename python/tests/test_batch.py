@@ -222,5 +222,6 @@ def test_what_is_odd_about_a_scenario_is_warned_of(tmp_path: Path) -> None:
     cars.write_text("t,id,x,y\n0,a,0,0\n30,a,9,0\n")
     scenario = standoff.Scenario("best/figure-9", traffic=cars)
     assert scenario.traffic_file == cars and pair().traffic_file is None
+    assert standoff.Scenario("traffic/convoy").traffic_file is None, "it is built in"
     with pytest.warns(UserWarning, match="the traffic ends after 30 s"):
         standoff.monte_carlo(scenario, runs=1)
