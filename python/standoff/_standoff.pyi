@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cued", "Filter", "Heard", "Instant", "Observation", "Parameters", "Picture", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Worlds", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
+__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "Picture", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Worlds", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
 
 __version__: Final[str]
 
@@ -228,7 +228,7 @@ class Comparison:
         """
 
 @final
-class Cued:
+class Cue:
     """
     A target that a search aircraft hands over when it appears.
     """
@@ -378,42 +378,6 @@ class Filter:
         """
 
 @final
-class Heard:
-    """
-    What a teammate says of an instant: where it was, and what its sensor measured.
-    """
-    @property
-    def bearing_rad(self, /) -> Incomplete:
-        """
-        ``(n,)``: in which direction from it, rad.
-        """
-    @property
-    def boresight_rad(self, /) -> float | None:
-        """
-        Where its sensor pointed, rad; None: nowhere.
-        """
-    @property
-    def range_m(self, /) -> Incomplete:
-        """
-        ``(n,)``: how far they were from it, m.
-        """
-    @property
-    def state(self, /) -> Incomplete:
-        """
-        ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
-        """
-    @property
-    def target(self, /) -> Incomplete:
-        """
-        ``(n,)``: which targets it measured, ascending.
-        """
-    @property
-    def uav(self, /) -> int:
-        """
-        Who says it.
-        """
-
-@final
 class Instant:
     """
     An instant of every world: what is to be decided now, and what the last step has come to.
@@ -506,7 +470,7 @@ class Observation:
     it, the team's picture.
     """
     @property
-    def cues(self, /) -> list[Cued]:
+    def cues(self, /) -> list[Cue]:
         """
         Targets that have just appeared.
         """
@@ -526,12 +490,12 @@ class Observation:
         What the product would have the UAV do, where it flies beside the law.
         """
     @property
-    def reports(self, /) -> list[Heard]:
+    def reports(self, /) -> list[Report]:
         """
         What teammates say of this instant, by ascending UAV.
         """
     @property
-    def scan(self, /) -> Heard | None:
+    def scan(self, /) -> Report | None:
         """
         Its own scan; None: it is out, and its sensor is, too.
         """
@@ -720,6 +684,42 @@ class Picture:
         """
 
 @final
+class Report:
+    """
+    What a teammate says of an instant: where it was, and what its sensor measured.
+    """
+    @property
+    def bearing_rad(self, /) -> Incomplete:
+        """
+        ``(n,)``: in which direction from it, rad.
+        """
+    @property
+    def boresight_rad(self, /) -> float | None:
+        """
+        Where its sensor pointed, rad; None: nowhere.
+        """
+    @property
+    def range_m(self, /) -> Incomplete:
+        """
+        ``(n,)``: how far they were from it, m.
+        """
+    @property
+    def state(self, /) -> Incomplete:
+        """
+        ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
+        """
+    @property
+    def target(self, /) -> Incomplete:
+        """
+        ``(n,)``: which targets it measured, ascending.
+        """
+    @property
+    def uav(self, /) -> int:
+        """
+        Who says it.
+        """
+
+@final
 class Run:
     """
     A run in its folder: its record, and what it came to.
@@ -807,7 +807,8 @@ class Scenario:
     """
     What is flown: a built-in scenario, a scenario file, or TOML; with changes.
 
-    Before anything is drawn: one scenario for every seed. Docs: docs/scenarios.md lists the keys.
+    Before anything is drawn: one scenario for every seed. What is out of range is told when a seed is drawn, flown or
+    :meth:`resolved`. docs/scenarios.md lists the keys.
 
     :param scenario: a built-in scenario's name, or the path of a scenario file (str or os.PathLike).
     :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.

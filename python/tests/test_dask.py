@@ -359,7 +359,10 @@ def test_of_seeds_that_cannot_be_flown_the_lowest_is_told(three: Client, tmp_pat
         standoff.monte_carlo(scenario, runs=20, seed=5)
     with pytest.raises(InputError) as of_three:
         monte_carlo(three, scenario, runs=20, seed=5, shards=20, out=tmp_path / "out")
-    assert str(of_three.value).startswith(str(of_one.value)) and "seed " in str(of_one.value)
+    one, three_of_them = str(of_one.value), str(of_three.value)
+    seed = one.split(":")[0]
+    assert seed.startswith("seed ") and three_of_them.startswith(f"{seed}: ")
+    assert "orbit.radius_max_m = 700: must be at least" in one and "orbit.radius_max_m = 700: must be at least" in three_of_them
 
 
 @contextmanager
