@@ -157,6 +157,10 @@ def test_guidance_alone_is_replaced() -> None:
     slowest_m_s = limits["speed_m_s"] - limits["speed_change_max_m_s"]
     assert set(slow.uavs.to_numpy("speed_command_m_s")) == {slowest_m_s}
     assert slow.metrics["watched_fraction"] is not None and slow.metrics != ours.metrics
+    # Whoever asks for no more than the limits allow is at them all the same.
+    change_m_s = slowest_m_s - limits["speed_m_s"]
+    clipped = standoff.run(SCENARIO, law=functools.partial(Slow, change_m_s=change_m_s))
+    assert clipped.metrics == slow.metrics and slow.metrics["speed_saturated_fraction"] == 1.0
 
 
 class Swapped(Law):

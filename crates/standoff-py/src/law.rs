@@ -9,8 +9,8 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use standoff::{
-    AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LookAt, Message,
-    Observation, Position, Report, Scan, Site, Step, Time, UavId, UavState, Velocity,
+    AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LimitedCommand, LookAt,
+    Message, Observation, Position, Report, Scan, Site, Step, Time, UavId, UavParams, UavState, Velocity,
 };
 use standoff_sim::brain::{Beliefs, Brain, Reported};
 use standoff_sim::rows_of_picture;
@@ -104,8 +104,17 @@ pub(crate) fn mission(
         (fleet, _) => fleet,
     };
     let seen = scenario.uavs.iter().map(|state| Seen { own: *state, ..Seen::default() }).collect();
-    let brain =
-        OwnLaw { kind, laws, fleet, seen, asked: Arc::clone(asked), answered: None, now: Time::START, picture: None };
+    let brain = OwnLaw {
+        kind,
+        limits: team.uav,
+        laws,
+        fleet,
+        seen,
+        asked: Arc::clone(asked),
+        answered: None,
+        now: Time::START,
+        picture: None,
+    };
     Mission::with_brain(scenario, brain).map_err(refused)
 }
 
@@ -132,9 +141,13 @@ impl Default for Seen {
     }
 }
 
+/// As near to a bound as rounding leaves what is at it.
+const AT_BOUND: f64 = 1e-9;
+
 /// A law written in Python, as a brain.
 pub(crate) struct OwnLaw {
     kind: Kind,
+    limits: UavParams,
     /// One for each UAV, or one for all.
     laws: Vec<Py<PyAny>>,
     fleet: Option<Fleet>,
@@ -210,12 +223,17 @@ impl Brain for OwnLaw {
         });
         let Some(Answer { command, look_at, altitude_m, group }) = answer else { return step };
         let group = group.map(GroupId).or(step.diagnostics.group);
-        // Of the law that steered nothing is told that it did not do: only where it is.
+        // What a law that knows the limits asks for at a bound, one that does not would ask for beyond: both are limited.
+        let beyond = |wanted: Flown| Flown {
+            speed_m_s: wanted.speed_m_s + AT_BOUND * (wanted.speed_m_s - self.limits.speed_m_s),
+            turn_rate_rad_s: wanted.turn_rate_rad_s * (1.0 + AT_BOUND),
+        };
+        let LimitedCommand { speed_limited, turn_rate_limited, .. } = self.limits.limit(beyond(command));
         Step {
             command,
             look_at: look_at.or(step.look_at),
             altitude_m: altitude_m.or(step.altitude_m),
-            diagnostics: Diagnostics { group, speed_limited: false, turn_rate_limited: false, ..step.diagnostics },
+            diagnostics: Diagnostics { group, speed_limited, turn_rate_limited, ..step.diagnostics },
         }
     }
 
