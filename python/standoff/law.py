@@ -22,6 +22,9 @@ class Law:
         them is not scored. ``"guidance"``: speed and turn rate (and where to look, if the law says); tracks, groups and
         assignment are the product's. ``"assignment"``: who serves which group; the law is given a
         :class:`~standoff.Choice` and gives a dict of UAVs to groups.
+
+    A law that replaces all may have a method ``tracks()``, asked after each instant, which gives :class:`~standoff.Tracks`:
+    then its estimates are scored. Where each UAV has a law of its own, the first one's are.
     """
 
     decides_for: ClassVar[Literal["agent", "team"]] = "agent"

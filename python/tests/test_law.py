@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import standoff
-from standoff import Briefing, Choice, Command, Law, Observation
+from standoff import Briefing, Choice, Command, Law, Observation, Tracks, pieces
 
 SCENARIO = "tour/04-two-groups"
 
@@ -295,3 +295,54 @@ def test_a_law_that_never_answers_is_given_up(law: type[Law], at_most_s: float) 
     assert time.monotonic() - began < at_most_s
     # What comes later is not disturbed.
     assert standoff.run("tour/01-one-uav", law=Nothing).metrics == standoff.run("tour/01-one-uav").metrics
+
+
+class Estimating(Law):
+    """Circles, and filters what it measures itself."""
+
+    def __init__(self, briefing: Briefing) -> None:
+        super().__init__(briefing)
+        self.filter: pieces.Filter | None = None
+
+    def decide(self, own: Observation) -> Command:
+        if own.cues:
+            cue = own.cues[0]
+            self.filter = pieces.Filter.of_cues(
+                [[cue.x_m, cue.y_m]], [[cue.vx_m_s, cue.vy_m_s]], cue.position_sd_m, cue.velocity_sd_m_s
+            )
+        elif self.filter is not None:
+            self.filter.predict(self.briefing.period_s)
+            if own.scan is not None and len(own.scan.range_m) > 0:
+                self.filter.update([own.x_m, own.y_m], own.scan.range_m, own.scan.bearing_rad)
+        x_m, y_m = (0.0, 0.0) if self.filter is None else self.filter.position_m[0]
+        off_rad = math.atan2(y_m - own.y_m, x_m - own.x_m) - own.heading_rad - math.pi / 2
+        return Command(40.0, 0.2 + 0.5 * math.sin(off_rad), look_at=(x_m, y_m), group=0)
+
+    def tracks(self) -> Tracks:
+        if self.filter is None:
+            return Tracks([], np.zeros((0, 6)), np.zeros((0, 6, 6)))
+        return Tracks([0], self.filter.state, self.filter.covariance, group=[0])
+
+
+def test_what_a_law_believes_is_scored() -> None:
+    run = standoff.run("tour/01-one-uav", law=Estimating)
+    error_m = run.metrics["position_error_all_m"]
+    assert error_m is not None and 0.0 < error_m < 30.0 and run.metrics["watched_fraction"] is not None
+    truth = np.stack([run.truth.to_numpy("x_m"), run.truth.to_numpy("y_m")])
+    tracks = np.stack([run.tracks.to_numpy("x_m"), run.tracks.to_numpy("y_m")])
+    assert abs(np.hypot(*(tracks - truth)).mean() - error_m) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (([0], np.zeros((1, 5)), np.zeros((1, 6, 6))), r"state has the shape \(1, 5\)"),
+        (([0], np.full((1, 6), np.nan), np.zeros((1, 6, 6))), r"state\[0, 0\] = NaN"),
+        (([-3], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target has -3: must be from 0"),
+        (([0.5], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target"),
+        (([0, 1, 2], np.zeros((2, 6)), np.zeros((2, 6, 6))), "leading axes"),
+    ],
+)
+def test_tracks_that_are_none_are_told_so(arguments: Any, says: str) -> None:
+    with pytest.raises(standoff.InputError, match=says):
+        Tracks(*arguments)

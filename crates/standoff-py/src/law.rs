@@ -1,6 +1,7 @@
 //! Laws written in Python, as brains: the simulator asks them what it asks the product.
 
 mod asked;
+mod believed;
 mod seen;
 
 use std::sync::Arc;
@@ -12,12 +13,13 @@ use standoff::{
     AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LimitedCommand, LookAt,
     Message, Observation, Position, Report, Scan, Site, Step, Time, UavId, UavParams, UavState, Velocity,
 };
-use standoff_sim::brain::{Beliefs, Brain, Reported};
+use standoff_sim::brain::{Beliefs, Brain, Reported, TrackRow};
 use standoff_sim::rows_of_picture;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 
 pub(crate) use asked::{Answering, Asked};
+pub(crate) use believed::Tracks;
 pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
 
 use crate::failure::InputError;
@@ -38,6 +40,8 @@ struct Kind {
     is_team_s: bool,
     /// It sees the team's picture, which the product keeps.
     sees_picture: bool,
+    /// It tells what it believes of targets.
+    has_tracks: bool,
 }
 
 impl Kind {
@@ -61,7 +65,9 @@ impl Kind {
             let class = law.get_type();
             return Err(PyTypeError::new_err(format!("{class} has no method decide: see standoff.Law")));
         }
-        Ok(Self { replaces, is_team_s: is_team_s || replaces == Replaces::Assignment, sees_picture })
+        let is_team_s = is_team_s || replaces == Replaces::Assignment;
+        let has_tracks = law.getattr_opt("tracks")?.is_some_and(|tracks| tracks.is_callable());
+        Ok(Self { replaces, is_team_s, sees_picture, has_tracks })
     }
 
     /// The product estimates and forms groups beside it.
@@ -238,12 +244,21 @@ impl Brain for OwnLaw {
     }
 
     fn reported(&self) -> Reported {
-        if self.fleet.is_some() { Reported::default() } else { Reported::NOTHING }
+        if self.fleet.is_some() {
+            Reported::default()
+        } else {
+            Reported { tracks: self.kind.has_tracks, ..Reported::NOTHING }
+        }
     }
 
     fn report(&self, beliefs: &mut Beliefs) {
         if let Some(fleet) = &self.fleet {
             rows_of_picture(fleet.picture(), beliefs);
+        } else if self.kind.has_tracks && !self.asked.has_failed() {
+            match Python::attach(|py| self.tracks(py)) {
+                Ok(tracks) => beliefs.tracks.extend(tracks),
+                Err(error) => self.asked.fail(error),
+            }
         }
     }
 }
@@ -254,7 +269,7 @@ impl OwnLaw {
         let place = uav.0 as usize;
         if !self.kind.is_team_s {
             let observed = self.observed(py, place, ours)?;
-            let answer = self.asked.ask(self.laws[place].bind(py), (observed,))?;
+            let answer = self.asked.ask(self.laws[place].bind(py), "decide", (observed,))?;
             return answer_of(&answer, self.laws[place].bind(py));
         }
         if self.answered.is_none() {
@@ -268,7 +283,7 @@ impl OwnLaw {
                 all.push(self.observed(py, place, ours.as_ref())?);
             }
             let law = self.laws[0].bind(py);
-            let answers = self.asked.ask(law, (PyList::new(py, all)?,))?;
+            let answers = self.asked.ask(law, "decide", (PyList::new(py, all)?,))?;
             let answers: Vec<_> = answers.try_iter().and_then(Iterator::collect).map_err(|_: PyErr| {
                 PyTypeError::new_err(format!("{}.decide: a team's law gives a list of commands", law.get_type()))
             })?;
@@ -284,6 +299,16 @@ impl OwnLaw {
             self.answered = Some(answers);
         }
         Ok(self.answered.as_ref().and_then(|answers| *answers.get(place)?))
+    }
+
+    /// What the law believes of targets: a team's law, or the first UAV's.
+    fn tracks(&self, py: Python<'_>) -> PyResult<Vec<TrackRow>> {
+        let law = self.laws[0].bind(py);
+        let tracks = self.asked.ask(law, "tracks", ())?;
+        let tracks = tracks.cast::<Tracks>().map_err(|_| {
+            PyTypeError::new_err(format!("{}.tracks: gave {:.80}; standoff.Tracks is wanted", law.get_type(), tracks))
+        })?;
+        Ok(tracks.get().rows.clone())
     }
 
     fn observed(&mut self, py: Python<'_>, place: usize, ours: Option<&Step>) -> PyResult<Py<Observed>> {
@@ -348,7 +373,7 @@ impl AssignmentLaw for OwnAssignment {
         }
         Python::attach(|py| {
             let law = self.law.bind(py);
-            let answer = self.asked.ask(law, (Choice::of(py, now, uavs, sites)?,))?;
+            let answer = self.asked.ask(law, "decide", (Choice::of(py, now, uavs, sites)?,))?;
             if answer.is_none() {
                 return Ok(None);
             }

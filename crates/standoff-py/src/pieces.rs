@@ -1,7 +1,7 @@
 //! The library's pieces by name, on NumPy arrays: each function names its arguments' shapes, works out row by row what
 //! the library says, and nothing else.
 
-mod array;
+pub(crate) mod array;
 mod filter;
 mod groups;
 mod guidance;

@@ -446,7 +446,7 @@ impl AssignmentLaw for Fixed {
 /// Who serves which group after two minutes under an assignment law, or none; and who was moved by it.
 fn crew_under(law: Option<Fixed>) -> (Vec<(u32, u32)>, Vec<u32>) {
     let mut team = Team::new(4, 6).with_motion(two_groups);
-    let fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let fleet = Fleet::new(TeamParams::table_1()).expect("the paper's parameters are in range");
     let mut fleet = match law {
         Some(law) => fleet.assigned_by(std::sync::Arc::new(law)),
         None => fleet,
@@ -455,7 +455,9 @@ fn crew_under(law: Option<Fixed>) -> (Vec<(u32, u32)>, Vec<u32>) {
     for tick in 0..60 {
         let (now, scans, inbox) = team.speak(tick);
         let observed = observe_all(&mut fleet, now, &team.states, &scans, &inbox);
-        observed.iter().for_each(|observation| drop(fleet.decide(observation)));
+        for observation in &observed {
+            let _ = fleet.decide(observation);
+        }
         let events = fleet.picture().events.iter();
         moved.extend(events.filter(|event| event.kind.cause() == Some("own-law")).filter_map(|event| event.uav));
         team.tick(tick);

@@ -49,10 +49,11 @@ impl Asked {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Asks a law to decide.
+    /// Asks a law something, by the name of its method.
     pub(crate) fn ask<'py>(
         &self,
         law: &Bound<'py, PyAny>,
+        method: &str,
         observed: impl PyCallArgs<'py>,
     ) -> PyResult<Bound<'py, PyAny>> {
         if self.thread.load(Ordering::Relaxed) == 0 {
@@ -61,7 +62,7 @@ impl Asked {
         }
         let now_us = self.begun.elapsed().as_micros() as u64;
         self.since_us.store(now_us + 1, Ordering::Relaxed);
-        let answer = law.call_method1("decide", observed);
+        let answer = law.call_method1(method, observed);
         self.since_us.store(0, Ordering::Relaxed);
         answer
     }

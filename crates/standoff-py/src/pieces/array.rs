@@ -19,11 +19,11 @@ use standoff::{Allowed, Position, Velocity};
 use crate::failure::{InputError, StandoffError};
 
 /// A coordinate beyond a million kilometres is a mistake, and its squares would leave no digits for metres.
-pub(super) const COORDINATE_M: Allowed = Allowed::at_least(-1e9).at_most(1e9);
+pub(crate) const COORDINATE_M: Allowed = Allowed::at_least(-1e9).at_most(1e9);
 /// A distance in the same frame.
-pub(super) const DISTANCE_M: Allowed = Allowed::at_least(0.0).at_most(1e9);
+pub(crate) const DISTANCE_M: Allowed = Allowed::at_least(0.0).at_most(1e9);
 /// A speed either way, and whatever else changes over time.
-pub(super) const RATE: Allowed = Allowed::at_least(-1e6).at_most(1e6);
+pub(crate) const RATE: Allowed = Allowed::at_least(-1e6).at_most(1e6);
 
 /// So many rows at a time: their results fit into some gigabytes.
 const ROWS_MAX: usize = 10_000_000;
@@ -76,7 +76,7 @@ kind!(bool, "b", "bool", "bool_", "True and False");
 
 /// Rows of K numbers each, over leading axes.
 #[derive(Clone)]
-pub(super) struct Rows<T, const K: usize> {
+pub(crate) struct Rows<T, const K: usize> {
     name: &'static str,
     /// The shape as given.
     own: Vec<usize>,
@@ -91,7 +91,7 @@ pub(super) struct Rows<T, const K: usize> {
 impl<T: Kind, const K: usize> Rows<T, K> {
     /// Reads an argument of a shape such as `..., k, 2`: any axes, one of any length, one of two. The last ones, given by
     /// their lengths, are a row.
-    pub(super) fn read(given: &Given<'_>, name: &'static str, axes: &'static str) -> PyResult<Self> {
+    pub(crate) fn read(given: &Given<'_>, name: &'static str, axes: &'static str) -> PyResult<Self> {
         let (own, values) = elements(given, name)?;
         let wanted: Vec<&str> = axes.split(", ").collect();
         let (any, fixed) = match wanted.as_slice() {
@@ -110,29 +110,29 @@ impl<T: Kind, const K: usize> Rows<T, K> {
     }
 
     /// The same of an argument that may be left out.
-    pub(super) fn read_if(given: Option<&Given<'_>>, name: &'static str, axes: &'static str) -> PyResult<Option<Self>> {
+    pub(crate) fn read_if(given: Option<&Given<'_>>, name: &'static str, axes: &'static str) -> PyResult<Option<Self>> {
         given.map(|given| Self::read(given, name, axes)).transpose()
     }
 
     /// What every row has that is not given.
-    pub(super) fn or(given: Option<Self>, name: &'static str, row: [T; K]) -> Self {
+    pub(crate) fn or(given: Option<Self>, name: &'static str, row: [T; K]) -> Self {
         let values = row.to_vec();
         given.unwrap_or_else(|| Self { name, own: vec![K], row_axes: 1, lead: Vec::new(), values })
     }
 
     /// Name and leading axes, for [`common`].
-    pub(super) fn axes(&self) -> (&'static str, &[usize]) {
+    pub(crate) fn axes(&self) -> (&'static str, &[usize]) {
         (self.name, &self.lead)
     }
 
     /// The same without the last of the leading axes, and that one's length.
-    pub(super) fn outer_axes(&self) -> ((&'static str, &[usize]), usize) {
+    pub(crate) fn outer_axes(&self) -> ((&'static str, &[usize]), usize) {
         let (last, outer) = self.lead.split_last().map_or((1, &[][..]), |(last, outer)| (*last, outer));
         ((self.name, outer), last)
     }
 
     /// Spread over leading axes that [`common`] has found.
-    pub(super) fn over(mut self, lead: &[usize]) -> PyResult<Self> {
+    pub(crate) fn over(mut self, lead: &[usize]) -> PyResult<Self> {
         if self.lead != lead && self.values.len() != K {
             let view = ArrayViewD::from_shape(IxDyn(&self.lead), self.rows()).map_err(bug)?;
             let spread = view.broadcast(IxDyn(lead)).ok_or_else(|| {
@@ -151,7 +151,7 @@ impl<T: Kind, const K: usize> Rows<T, K> {
 
     /// The row of that number.
     #[inline]
-    pub(super) fn at(&self, index: usize) -> [T; K] {
+    pub(crate) fn at(&self, index: usize) -> [T; K] {
         let rows = self.rows();
         if rows.len() == 1 { rows[0] } else { rows[index] }
     }
@@ -177,7 +177,7 @@ impl<T: Kind, const K: usize> Rows<T, K> {
 
 impl<const K: usize> Rows<f64, K> {
     /// Holds every number to what is allowed, in rows that are used.
-    pub(super) fn within(self, allowed: Allowed, used: Option<&Rows<bool, 1>>) -> PyResult<Self> {
+    pub(crate) fn within(self, allowed: Allowed, used: Option<&Rows<bool, 1>>) -> PyResult<Self> {
         let is_used = |row: usize| used.is_none_or(|used| used.at(row)[0]);
         let rows = self.rows().len();
         let is_wrong = |row: &[f64; K]| !row.iter().all(|value| allowed.contains(*value));
@@ -198,13 +198,13 @@ impl<const K: usize> Rows<f64, K> {
 
 impl Rows<f64, 2> {
     #[inline]
-    pub(super) fn position(&self, index: usize) -> Position {
+    pub(crate) fn position(&self, index: usize) -> Position {
         let [x_m, y_m] = self.at(index);
         Position::from_m(x_m, y_m)
     }
 
     #[inline]
-    pub(super) fn velocity(&self, index: usize) -> Velocity {
+    pub(crate) fn velocity(&self, index: usize) -> Velocity {
         let [x_m_s, y_m_s] = self.at(index);
         Velocity::from_m_s(x_m_s, y_m_s)
     }
@@ -212,14 +212,14 @@ impl Rows<f64, 2> {
 
 impl<T: Kind> Rows<T, 1> {
     #[inline]
-    pub(super) fn one(&self, index: usize) -> T {
+    pub(crate) fn one(&self, index: usize) -> T {
         let [value] = self.at(index);
         value
     }
 }
 
 /// The leading axes of all arguments together, by NumPy's rule: from the last axis on, equal lengths or 1.
-pub(super) fn common(all: &[(&'static str, &[usize])]) -> PyResult<Vec<usize>> {
+pub(crate) fn common(all: &[(&'static str, &[usize])]) -> PyResult<Vec<usize>> {
     let mut lead: Vec<usize> = Vec::new();
     let mut first = "";
     for (name, axes) in all {
@@ -253,7 +253,7 @@ pub(super) fn common(all: &[(&'static str, &[usize])]) -> PyResult<Vec<usize>> {
 }
 
 /// Works out row by row without the interpreter, and looks every `patience` rows whether Ctrl-C was pressed.
-pub(super) fn each<T: Send>(
+pub(crate) fn each<T: Send>(
     py: Python<'_>,
     rows: usize,
     patience: usize,
@@ -269,7 +269,7 @@ pub(super) fn each<T: Send>(
 }
 
 /// So many rows of next to no work before somebody looks for Ctrl-C.
-pub(super) const PATIENCE: usize = 100_000;
+pub(crate) const PATIENCE: usize = 100_000;
 
 /// A result.
 #[derive(Debug)]
@@ -277,7 +277,7 @@ pub(crate) struct Made<T>(Py<PyArrayDyn<T>>);
 
 impl<T: Kind> Made<T> {
     /// Values over leading axes and those of a row.
-    pub(super) fn of(py: Python<'_>, lead: &[usize], row: &[usize], values: Vec<T>) -> PyResult<Self> {
+    pub(crate) fn of(py: Python<'_>, lead: &[usize], row: &[usize], values: Vec<T>) -> PyResult<Self> {
         let array = ArrayD::from_shape_vec(IxDyn(&[lead, row].concat()), values).map_err(bug)?;
         Ok(Self(array.into_pyarray(py).unbind()))
     }
@@ -346,7 +346,7 @@ fn copied<T: Kind>(array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<(Vec<usize>, Ve
 }
 
 /// A shape as Python prints it.
-pub(super) fn shape(of: &[usize]) -> String {
+pub(crate) fn shape(of: &[usize]) -> String {
     match of {
         [one] => format!("({one},)"),
         axes => format!("({})", axes.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
