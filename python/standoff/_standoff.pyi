@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "Picture", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Worlds", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
+__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "Picture", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Tracks", "Worlds", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
 
 __version__: Final[str]
 
@@ -973,6 +973,20 @@ class Table:
         :returns: a new array of float64, int64, int32, bool or object.
         :raises KeyError: there is no such column.
         """
+
+@final
+class Tracks:
+    """
+    What a law of your own believes of targets: what its method ``tracks`` gives, where it has one, so that its estimates
+    are scored.
+
+    :param target: ``(T,)``: what sensors call the targets, each once.
+    :param state: ``(T, 6)``: x, vx, ax, y, vy, ay in m, m/s, m/s2.
+    :param covariance: ``(T, 6, 6)``: covariance of ``state``, of which its upper triangle counts.
+    :param group: ``(T,)``: the group whose duty each is; -1: none. With it ``watched_fraction`` is scored.
+    :raises InputError: arrays of other shapes or types, a number that is not finite, a target that is none.
+    """
+    def __new__(cls, /, target: ArrayLike, state: ArrayLike, covariance: ArrayLike, *, group: ArrayLike | None = None) -> Tracks: ...
 
 @final
 class Worlds:

@@ -308,7 +308,10 @@ class Estimating(Law):
         if own.cues:
             cue = own.cues[0]
             self.filter = pieces.Filter.of_cues(
-                [[cue.x_m, cue.y_m]], [[cue.vx_m_s, cue.vy_m_s]], cue.position_sd_m, cue.velocity_sd_m_s
+                [[cue.x_m, cue.y_m]],
+                [[cue.vx_m_s, cue.vy_m_s]],
+                position_sd_m=cue.position_sd_m,
+                velocity_sd_m_s=cue.velocity_sd_m_s,
             )
         elif self.filter is not None:
             self.filter.predict(self.briefing.period_s)
