@@ -36,7 +36,6 @@ try:
         Plan,
         WorkerError,
         first_run_crc32,
-        fly_shard,
         folder_of,
     )
     from standoff._store import Store
@@ -78,7 +77,7 @@ def monte_carlo(
     Shards are tasks; each is put into the store ``out`` when it is complete. Whatever ends the batch (a worker, the
     scheduler or this client killed, Ctrl-C), the same call goes on from what is kept there.
 
-    :param client: a client of the cluster. Scheduler and workers need the same version of standoff as this process.
+    :param client: a client of the cluster. Workers need the same version of standoff as this process.
     :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`standoff.Scenario`. Its
         traffic file goes into the store, from where the workers fetch it.
     :param runs: number of runs, 1 to 100,000,000.
@@ -204,6 +203,34 @@ def _shards(runs: int, run_s: float, threads: int) -> int:
     return max(1, min(math.ceil(shards), runs, SHARDS_MAX))
 
 
+def _task() -> Callable[[dict[str, Any]], str]:
+    """What Dask hands to workers.
+
+    It is within a function so that Dask sends its code, not its name: a scheduler or a worker that has no standoff, or
+    one without this module, would end when it looked for the name, and be asked again.
+    """
+
+    def fly(order: dict[str, Any]) -> str:
+        try:
+            from standoff._shard import fly_shard
+        except ImportError as error:
+            from distributed import get_worker
+
+            try:
+                from standoff import __version__
+
+                has = f"standoff {__version__}"
+            except ImportError:
+                has = "no standoff"
+            raise ImportError(
+                f"worker {get_worker().address} has {has} ({error}), the client {order['version']}: "
+                "install the same version, as standoff[dask], on all of them"
+            ) from None
+        return fly_shard(order)
+
+    return fly
+
+
 class _Flight:
     """The shards of a plan, on their way."""
 
@@ -264,7 +291,7 @@ class _Flight:
             start = self.scenario.name.replace("-", "_")
             keys = [f"{start}-{o['shard']}-of-{o['shards']}-{batch}-{self.tries[o['shard']]}" for o in orders]
             try:
-                futures = self.client.map(fly_shard, orders, key=keys, pure=False)
+                futures = self.client.map(_task(), orders, key=keys, pure=False)
             except Exception as error:
                 raise StandoffError(f"the scheduler takes no tasks: {error}; {self._told()}") from error
             for asked, future in zip(orders, futures, strict=True):
@@ -298,7 +325,7 @@ class _Flight:
                         continue
                     raise StandoffError(f"the scheduler is gone, or has dropped the shards; {self._told()}")
                 error = future.exception()
-                if isinstance(error, WorkerError):
+                if isinstance(error, (WorkerError, ImportError)):
                     raise WorkerError(f"{error}; {self._told()}") from error
                 if isinstance(error, InputError):
                     # As on one machine: of seeds that cannot be flown the lowest is told.

@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import cloudpickle  # type: ignore[import-untyped]
 import dask
 import pytest
 from distributed import Client, LocalCluster
@@ -332,6 +333,12 @@ def test_a_worker_of_another_version_is_refused(three: Client, tmp_path: Path) -
         f"worker {odd} has standoff 0.0.9, the client {standoff.__version__}: install the same version on all of them"
     )
     assert str(error.value).startswith(told)
+
+
+def test_what_is_handed_out_needs_no_standoff_to_be_read() -> None:
+    """Dask's scheduler, and workers of whatever version, read it before they can say what they have."""
+    code = f"import pickle, sys; sys.modules['standoff'] = None; pickle.loads({cloudpickle.dumps(standoff.dask._task())!r})"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
 def test_a_worker_of_another_build_is_refused(three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
