@@ -337,7 +337,8 @@ def test_a_worker_of_another_version_is_refused(three: Client, tmp_path: Path) -
 
 def test_what_is_handed_out_needs_no_standoff_to_be_read() -> None:
     """Dask's scheduler, and workers of whatever version, read it before they can say what they have."""
-    code = f"import pickle, sys; sys.modules['standoff'] = None; pickle.loads({cloudpickle.dumps(standoff.dask._task())!r})"
+    task = cloudpickle.dumps(standoff.dask._task())
+    code = f"import pickle, sys; sys.modules['standoff'] = None; pickle.loads({task!r})"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
