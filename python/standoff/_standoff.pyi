@@ -983,10 +983,9 @@ class Tracks:
     :param target: ``(T,)``: what sensors call the targets, each once.
     :param state: ``(T, 6)``: x, vx, ax, y, vy, ay in m, m/s, m/s2.
     :param covariance: ``(T, 6, 6)``: covariance of ``state``, of which its upper triangle counts.
-    :param group: ``(T,)``: the group whose duty each is; -1: none. With it ``watched_fraction`` is scored.
     :raises InputError: arrays of other shapes or types, a number that is not finite, a target that is none.
     """
-    def __new__(cls, /, target: ArrayLike, state: ArrayLike, covariance: ArrayLike, *, group: ArrayLike | None = None) -> Tracks: ...
+    def __new__(cls, /, target: ArrayLike, state: ArrayLike, covariance: ArrayLike) -> Tracks: ...
 
 @final
 class Worlds:

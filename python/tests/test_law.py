@@ -328,7 +328,7 @@ class Estimating(Law):
 
 
 def test_what_a_law_believes_is_scored() -> None:
-    run = standoff.run("tour/01-one-uav", law=Estimating)
+    run = standoff.run("tour/01-one-uav", law=Estimating, metrics="all")
     error_m = run.metrics["position_error_all_m"]
     assert error_m is not None and 0.0 < error_m < 30.0
     assert run.metrics["anees"] is None and run.metrics["nis"] is not None
