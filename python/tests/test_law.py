@@ -350,3 +350,16 @@ def test_what_a_law_believes_is_scored() -> None:
 def test_tracks_that_are_none_are_told_so(arguments: Any, says: str) -> None:
     with pytest.raises(standoff.InputError, match=says):
         Tracks(*arguments)
+
+
+@pytest.mark.parametrize(("law", "times"), [(NothingForAll, 1), (NothingToAssign, 1), (Nothing, 4)])
+def test_a_law_is_made_once_for_whom_it_decides(law: type[Law], times: int) -> None:
+    made: list[int | None] = []
+
+    class Made(law):  # type: ignore[misc, valid-type]
+        def __init__(self, briefing: Briefing) -> None:
+            super().__init__(briefing)
+            made.append(briefing.uav)
+
+    standoff.run(SCENARIO, law=Made)
+    assert made == ([None] if times == 1 else [0, 1, 2, 3])

@@ -50,8 +50,8 @@ impl Kind {
             let Some(said) = law.getattr_opt(attribute)? else { return Ok(default) };
             let place = said.extract::<String>().ok().and_then(|said| allowed.iter().position(|one| *one == said));
             place.ok_or_else(|| {
-                let (class, allowed) = (law.get_type(), allowed.join(", "));
-                PyValueError::new_err(format!("{class}.{attribute} is {said}; it is one of {allowed}"))
+                let allowed = allowed.join(", ");
+                PyValueError::new_err(format!("{law}: {attribute} is {said}; it is one of {allowed}"))
             })
         };
         let replaces = match says("replaces", &["all", "guidance", "assignment"], 0)? {
@@ -62,8 +62,7 @@ impl Kind {
         let is_team_s = says("decides_for", &["agent", "team"], 0)? == 1;
         let sees_picture = says("sees", &["own", "picture"], 0)? == 1;
         if !law.getattr_opt("decide")?.is_some_and(|decide| decide.is_callable()) {
-            let class = law.get_type();
-            return Err(PyTypeError::new_err(format!("{class} has no method decide: see standoff.Law")));
+            return Err(PyTypeError::new_err(format!("{law} has no method decide: see standoff.Law")));
         }
         let is_team_s = is_team_s || replaces == Replaces::Assignment;
         let has_tracks = law.getattr_opt("tracks")?.is_some_and(|tracks| tracks.is_callable());
@@ -90,13 +89,11 @@ pub(crate) fn mission(
     }
     let uavs = scenario.uavs.len();
     let make = |uav: Option<u32>| law.call1((Briefing::of(scenario, uav),)).map(Bound::unbind);
-    let first = make(Some(0))?;
-    let kind = Kind::of(first.bind(py))?;
+    let kind = Kind::of(&whose(law, || make(Some(0)))?)?;
     let laws = if kind.is_team_s {
         vec![make(None)?]
     } else {
-        let others = (1..uavs as u32).map(|uav| make(Some(uav)));
-        [Ok(first)].into_iter().chain(others).collect::<PyResult<_>>()?
+        (0..uavs as u32).map(|uav| make(Some(uav))).collect::<PyResult<_>>()?
     };
     let team = scenario.settings.team;
     let refused = |errors: Vec<standoff::ParamError>| {
@@ -122,6 +119,16 @@ pub(crate) fn mission(
         picture: None,
     };
     Mission::with_brain(scenario, brain).map_err(refused)
+}
+
+/// What tells of a law: its class, also in `functools.partial`; else one that is made.
+fn whose<'py>(law: &Bound<'py, PyAny>, make: impl FnOnce() -> PyResult<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+    for class in [Some(law.clone()), law.getattr_opt("func")?].into_iter().flatten() {
+        if class.hasattr("decide")? {
+            return Ok(class);
+        }
+    }
+    make().map(|made| made.into_bound(law.py()))
 }
 
 /// What a UAV has seen and heard at an instant.
@@ -181,7 +188,7 @@ impl Brain for OwnLaw {
         let observation = self.fleet.as_mut().map(|fleet| fleet.observe(now, uav, own, scan));
         let report = scan.map(|scan| {
             let Scan { boresight, detections } = scan;
-            // It has its own clock alone, which is that of the mission.
+            // Nobody starts anew in a mission: its clock counts the instants.
             let sequence = u32::try_from(now.us() / 1000).unwrap_or(u32::MAX);
             let (time, state, detections) = (now, *own, detections.to_vec());
             Message::Report(Report { uav, epoch: 0, sequence, time, state, boresight, detections })
@@ -192,8 +199,8 @@ impl Brain for OwnLaw {
     }
 
     fn outbox(&self, uav: UavId) -> &[Message] {
-        // With a fleet all have heard already.
-        let said = self.seen.get(uav.0 as usize).filter(|_| self.fleet.is_none() || !self.kind.is_team_s);
+        // Who only assigns has no use for it.
+        let said = self.seen.get(uav.0 as usize).filter(|_| self.kind.replaces != Replaces::Assignment);
         said.map_or(&[], |seen| seen.report.as_slice())
     }
 
