@@ -25,6 +25,9 @@ from standoff._standoff import (
 from standoff.errors import InputError, ScenarioError, StandoffError
 from standoff.law import Law
 
+# Last, for it imports this.
+from standoff import pieces  # isort: skip
+
 __all__ = [
     "Batch",
     "Briefing",
@@ -47,6 +50,7 @@ __all__ = [
     "compare",
     "merge",
     "monte_carlo",
+    "pieces",
     "run",
     "scenarios",
     "yardstick",

@@ -165,7 +165,8 @@ class Command:
     :param look_at: where to point the sensor: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a point that moves. None: where
         the product would, if it flies beside the law; else nowhere.
     :param altitude_m: altitude above the plane, m.
-    :param group: the group that the UAV serves, for the scores.
+    :param group: the group that the UAV serves, for the scores: one of the picture's, where the law sees it.
+    :raises InputError: a number that is not finite, or an altitude beyond 100 km.
     """
     def __new__(cls, /, speed_m_s: SupportsFloat | SupportsIndex, turn_rate_rad_s: SupportsFloat | SupportsIndex, *, look_at: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, altitude_m: SupportsFloat | SupportsIndex | None = None, group: SupportsIndex | None = None) -> Command: ...
     def __repr__(self, /) -> str: ...
@@ -540,7 +541,7 @@ class Parameters:
 
     :param of: where what is not given comes from: other parameters, a :class:`standoff.Scenario`, a built-in scenario's
         name or the path of a scenario file; Table I if left out.
-    :param seed: of a scenario that draws parameters, the seed.
+    :param seed: of a scenario that draws parameters, the seed; 1 if left out.
     :param correlation_rate_1_s: filter: correlation rate alpha of the targets' acceleration (5, 6), 1/s.
     :param acceleration_sd_m_s2: filter: standard deviation of their acceleration per axis, m/s2.
     :param range_sd_m: filter: standard deviation of a range, sigma_r, m.
@@ -569,7 +570,7 @@ class Parameters:
     def __eq__(self, value: object, /) -> bool: ...
     def __getnewargs_ex__(self, /) -> "tuple[tuple[()], dict[str, float | str]]": ...
     def __ne__(self, value: object, /) -> bool: ...
-    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = 1, correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, start_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, sense: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_inertia: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
+    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, start_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, sense: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_inertia: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
     def __repr__(self, /) -> str: ...
     @property
     def acceleration_sd_m_s2(self, /) -> float: ...
@@ -1112,14 +1113,14 @@ def clustering(position_m: ArrayLike, *, count: SupportsIndex, before: ArrayLike
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
 
-def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = 200, seed: SupportsIndex = 1, metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
+def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
     """
     Compares two scenarios, flown on the same draws, or two complete batches over the seeds and metrics both have.
 
     :param a: a scenario (a built-in name, a path, a :class:`Scenario`), or a batch (a :class:`Batch`, its folder).
     :param b: the same, for what is compared with it. None: the scenario of ``a``.
-    :param runs: number of runs of each scenario; batches are flown already.
-    :param seed: seed of the first run; the next has the next.
+    :param runs: number of runs of each scenario, 200 if left out; batches are flown already.
+    :param seed: seed of the first run, 1 if left out; the next has the next.
     :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
         between, or a list.
     :param threads: number of threads, one per core if None. The numbers are the same with any number.
@@ -1138,6 +1139,7 @@ def group_count(uavs: SupportsIndex, targets: SupportsIndex) -> int:
     :param uavs: how many UAVs.
     :param targets: how many targets.
     :returns: how many groups.
+    :raises InputError: a number below 0.
     """
 
 def information_1_m2(uav_position_m: ArrayLike, target_position_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
@@ -1184,7 +1186,7 @@ def merge(dirs: SupportsGetItem[int, str | PathLike[str]], *, out: str | PathLik
     :raises InputError: a shard is missing, incomplete, damaged, there twice or of another batch.
     """
 
-def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = 1, metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, shard: str | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Batch:
+def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, shard: str | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Batch:
     """
     Flies a scenario many times; the same files, to the byte, as ``standoff monte-carlo``.
 
@@ -1193,7 +1195,7 @@ def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = 1, 
 
     :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`.
     :param runs: number of runs, 1 to 100,000,000.
-    :param seed: seed of the first run, from 0.
+    :param seed: seed of the first run, from 0; 1 if left out.
     :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
         between, or a list.
     :param threads: number of threads, one per core if None. The results are the same with any number.
@@ -1223,13 +1225,13 @@ def pair_information_1_m4(range_m: ArrayLike, separation_rad: ArrayLike, *, para
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
 
-def run(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, yardstick: bool = False) -> Run:
+def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, yardstick: bool = False) -> Run:
     """
     Flies a scenario into a record: the same files, to the byte, as ``standoff run``, and the same numbers.
 
     :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`. None: what the command
         flies: ``best/figure-9``, or over traffic ``traffic/convoy``.
-    :param seed: seed of everything random, 0 to 2**63 - 1.
+    :param seed: seed of everything random, 0 to 2**63 - 1; 1 if left out.
     :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
     :param uavs: number of UAVs, started on an orbit about the first targets.
     :param set: values of the scenario to change, by dotted key.
@@ -1322,7 +1324,7 @@ def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
     :raises InputError: an argument of another shape or type, or a number that is none.
     """
 
-def yardstick(scenario: Any | None = None, *, seed: SupportsIndex = 1, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
+def yardstick(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
 

@@ -203,7 +203,7 @@ def test_a_comparison_tells_its_numbers(tmp_path: Path) -> None:
     compared = standoff.compare(pair(), pair(), runs=4, seed=9, metrics="anees,handoffs")
     assert (compared.a, compared.runs, compared.seed) == ("paper/table-2-pair", 4, 9)
     assert list(compared.metrics) == ["handoffs", "anees"] and compared.to_dict() == json.loads(compared.json)
-    assert repr(compared) == "Comparison(a='paper/table-2-pair', b='paper/table-2-pair', runs=4)"
+    assert repr(compared) == 'Comparison(a="paper/table-2-pair", b="paper/table-2-pair", runs=4)'
     assert "<tr><td>anees</td><td>4</td>" in compared._repr_html_()
     there = standoff.monte_carlo(pair(), runs=4, seed=9, metrics="anees")
     assert compared.metrics["anees"]["mean_a"] == there.metrics["anees"]["mean"]

@@ -2,6 +2,9 @@
 
 import functools
 import math
+import subprocess
+import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +17,9 @@ import standoff
 from standoff import Briefing, Choice, Command, Law, Observation, Tracks, pieces
 
 SCENARIO = "tour/04-two-groups"
+STUBBORN = """while True:
+            try: time.sleep(0.01)
+            except Exception: continue"""
 
 
 class Nothing(Law):
@@ -220,9 +226,9 @@ def answering(answer: Any) -> Callable[[Briefing], Law]:
 @pytest.mark.parametrize(
     ("answer", "error", "says"),
     [
-        ("straight on", ValueError, "gave straight on; a Command"),
-        ((40.0, float("nan")), ValueError, "turn_rate_rad_s = NaN; both are finite"),
-        (Command(float("inf"), 0.0), ValueError, "speed_m_s = inf"),
+        ("straight on", ValueError, "gave 'straight on'; a Command"),
+        ((40.0, float("nan")), ValueError, "turn_rate_rad_s = NaN: must be a finite number"),
+        ((None, 0.0), ValueError, "float"),
         ([40.0], ValueError, "a Command"),
         (np.zeros((3, 1)), ValueError, "gave"),
     ],
@@ -232,14 +238,55 @@ def test_nonsense_is_an_error_that_names_the_law(answer: Any, error: type[Except
         standoff.run(SCENARIO, law=answering(answer))
 
 
-def test_a_place_to_look_at_that_is_none_is_none() -> None:
-    run = standoff.run("tour/01-one-uav", law=answering(Command(40.0, 0.0, look_at=(math.nan, 0.0))))
-    assert np.isnan(run.uavs.to_numpy("boresight_rad")).all()
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [
+        ({"speed_m_s": math.inf}, "speed_m_s = inf: must be a finite number"),
+        ({"look_at": (math.nan, 0.0)}, "look_at = NaN"),
+        ({"altitude_m": -1e300}, "altitude_m = -1.*must be at least -100000"),
+        ({"group": -1}, "group = -1: must be at least 0"),
+        ({"group": 2**70}, "group = .*: must be at most 2147483647"),
+    ],
+)
+def test_a_command_that_cannot_be_is_none(wanted: dict[str, Any], says: str) -> None:
+    with pytest.raises(standoff.InputError, match=says):
+        Command(**{"speed_m_s": 40.0, "turn_rate_rad_s": 0.0, **wanted})
+
+
+@pytest.mark.parametrize("answer", [(40.0, 0.1), [40.0, 0.1], np.array([40.0, 0.1]), (np.float32(40.0), 0.1)])
+def test_two_numbers_are_a_command(answer: Any) -> None:
+    run = standoff.run("tour/01-one-uav", law=answering(answer))
+    assert set(run.uavs.to_numpy("speed_command_m_s")) == {40.0}
 
 
 class FewCommands(NothingForAll):
     def decide(self, observations: list[Observation]) -> list[None]:  # type: ignore[override]
         return [None]
+
+
+class Endless(NothingForAll):
+    def decide(self, observations: list[Observation]) -> Any:  # type: ignore[override]
+        while True:
+            yield None
+
+
+class Failing(NothingForAll):
+    def decide(self, observations: list[Observation]) -> Any:  # type: ignore[override]
+        yield 1 / 0
+
+
+class Nowhere(Law):
+    replaces = "assignment"
+
+    def decide(self, choice: Choice) -> dict[int, int]:
+        return {0: 999}
+
+
+class Stranger(Law):
+    sees = "picture"
+
+    def decide(self, observation: Observation) -> Command:
+        return Command(40.0, 0.0, group=999)
 
 
 class Listed(Law):
@@ -265,6 +312,10 @@ class Mute:
     ("law", "error", "says"),
     [
         (FewCommands, ValueError, "gave 1 commands for 4 UAVs"),
+        (Endless, ValueError, "gave more than 4 commands for 4 UAVs"),
+        (Failing, ZeroDivisionError, "division by zero"),
+        (Nowhere, ValueError, "group 999 is none of"),
+        (Stranger, ValueError, "group 999 is none of"),
         (Listed, TypeError, "a dict of UAVs to groups"),
         (Misspelt, ValueError, "sees is everything; it is one of own, picture"),
         (Mute, TypeError, "has no method decide"),
@@ -287,12 +338,40 @@ class Asleep(Law):
         time.sleep(30.0)
 
 
-@pytest.mark.parametrize(("law", "at_most_s"), [(Busy, 2.0), (Asleep, 6.0)])
-def test_a_law_that_never_answers_is_given_up(law: type[Law], at_most_s: float) -> None:
+class Stubborn(Law):
+    def decide(self, observation: Observation) -> None:
+        while True:
+            try:
+                time.sleep(0.01)
+            except Exception:
+                continue
+
+
+class Unborn(Law):
+    def __init__(self, briefing: Briefing) -> None:
+        while True:
+            pass
+
+
+class SlowNumber:
+    def __float__(self) -> float:
+        time.sleep(30.0)
+        return 40.0
+
+
+class SlowToRead(Law):
+    def decide(self, observation: Observation) -> Any:
+        return SlowNumber(), 0.0
+
+
+@pytest.mark.parametrize("law", [Busy, Asleep, Stubborn, Unborn, SlowToRead])
+@pytest.mark.parametrize("fly", [standoff.run, functools.partial(standoff.compare, runs=2)])
+def test_a_law_that_never_answers_is_given_up(law: type[Law], fly: Any) -> None:
     began = time.monotonic()
+    named = {"law_b": law} if isinstance(fly, functools.partial) else {"law": law}
     with pytest.raises(standoff.StandoffError, match="has not answered within 0.2 s"):
-        standoff.run(SCENARIO, law=law, law_limit_s=0.2)
-    assert time.monotonic() - began < at_most_s
+        fly(SCENARIO, law_limit_s=0.2, **named)
+    assert time.monotonic() - began < 5.0
     # What comes later is not disturbed.
     assert standoff.run("tour/01-one-uav", law=Nothing).metrics == standoff.run("tour/01-one-uav").metrics
 
@@ -363,3 +442,65 @@ def test_a_law_is_made_once_for_whom_it_decides(law: type[Law], times: int) -> N
 
     standoff.run(SCENARIO, law=Made)
     assert made == ([None] if times == 1 else [0, 1, 2, 3])
+
+
+def test_what_a_law_raises_in_a_comparison_tells_seed_and_side() -> None:
+    with pytest.raises(RuntimeError, match="it has failed") as raised:
+        standoff.compare(SCENARIO, law_b=Late, runs=2, seed=7)
+    assert raised.value.__notes__ == ["seed 7, law_b"]
+
+
+class Changing(Law):
+    sees = "picture"
+
+    def decide(self, observation: Observation) -> None:
+        assert observation.picture is not None
+        observation.picture.state[:] = 0.0
+
+
+def test_what_several_laws_are_shown_none_changes() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        standoff.run(SCENARIO, law=Changing)
+
+
+def test_all_of_a_law_runs_on_one_thread() -> None:
+    threads = set()
+
+    class Threaded(Nothing):
+        def __init__(self, briefing: Briefing) -> None:
+            super().__init__(briefing)
+            threads.add(threading.current_thread())
+
+        def decide(self, observation: Observation) -> None:
+            threads.add(threading.current_thread())
+
+    standoff.run(SCENARIO, law=Threaded)
+    (thread,) = threads
+    assert thread is not threading.main_thread()
+    thread.join(timeout=5.0)
+    assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("decide", ["return None", "time.sleep(60.0)", STUBBORN])
+def test_the_interpreter_ends_in_order_after_a_law(decide: str) -> None:
+    """Also where one is left behind that goes on; and threads of others are waited for."""
+    code = f"""
+import standoff
+
+class L(standoff.Law):
+    def decide(self, observation):
+        import time
+        {decide}
+
+try:
+    standoff.run("tour/01-one-uav", law=L, law_limit_s=0.3)
+except standoff.StandoffError as error:
+    print(error)
+
+import threading, time
+assert threading.current_thread() is threading.main_thread()
+threading.Thread(target=lambda: (time.sleep(0.3), print("saved"))).start()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 0 and done.stdout.endswith("saved\n"), done
+    assert ("has not answered" in done.stdout) == (decide != "return None")

@@ -75,6 +75,15 @@ def test_tables_go_wherever_arrow_goes() -> None:
         run.table("uav")
 
 
+def test_many_read_a_table_at_a_time() -> None:
+    table = standoff.run("traffic/city", set={"duration_s": 60.0}).tracks
+    names = [name for name in table.column_names if table.to_numpy(name).dtype == np.float64]
+    alone = {name: table.to_numpy(name) for name in names}
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        for name, read in pool.map(lambda name: (name, table.to_numpy(name)), names * 20):
+            assert np.array_equal(read, alone[name], equal_nan=True)
+
+
 def test_a_run_without_a_folder_takes_its_files_with_it() -> None:
     run = standoff.run("tour/01-one-uav")
     folder, table = run.dir, run.uavs
@@ -104,8 +113,8 @@ def test_scenarios_are_objects_and_toml() -> None:
         pickle.loads(pickle.dumps(scenario)),
     ):
         assert again.toml == scenario.toml and again.resolved(5) == scenario.resolved(5)
-    faster = scenario.changed(set={"uavs.speed_m_s": np.float64(45.0)})
-    assert faster.to_dict()["uavs"]["speed_m_s"] == 45.0
+    faster = scenario.changed(set={"uavs.speed_m_s": np.float64(45.0), "uavs.count": np.int32(5)})
+    assert faster.to_dict()["uavs"]["speed_m_s"] == 45.0 and faster.to_dict()["uavs"]["count"] == 5
     assert tomllib.loads(faster.resolved(1)) != tomllib.loads(scenario.resolved(1))
     assert "paper/figure-9" in standoff.scenarios()
 
@@ -120,10 +129,13 @@ def test_scenarios_are_objects_and_toml() -> None:
         ({"set": {"uavs.speed_m_s": float("nan")}}, standoff.ScenarioError, "uavs.speed_m_s"),
         ({"traffic": "nowhere.fcd.xml"}, standoff.ScenarioError, "nowhere.fcd.xml"),
         ({"seed": -1}, standoff.InputError, "seed = -1: must be at least 0"),
+        ({"seed": 2**63}, standoff.InputError, "seed = 9223372036854775808: must be at most 9223372036854775807"),
+        ({"uavs": -1}, standoff.InputError, "uavs = -1: must be at least 0"),
+        ({"uavs": 10**50}, standoff.InputError, "uavs = .*: must be at most"),
         ({"metrics": "standart"}, standoff.InputError, "standart"),
         ({"maps": ["nowhere.net.xml"]}, standoff.InputError, "nowhere.net.xml"),
         ({"law": 5}, TypeError, "law: is a class"),
-        ({"law": standoff.Law, "law_limit_s": 0.0}, standoff.InputError, "law_limit_s = 0: must be a time"),
+        ({"law": standoff.Law, "law_limit_s": 0.0}, standoff.InputError, "law_limit_s = 0.0: must be a time"),
     ],
 )
 def test_what_is_wrong_is_said(asked: dict[str, object], error: type[Exception], says: str) -> None:

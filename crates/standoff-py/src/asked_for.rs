@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ffi::CString;
 use std::num::NonZeroUsize;
 
-use pyo3::exceptions::PyUserWarning;
+use pyo3::exceptions::{PyOverflowError, PyUserWarning};
 #[cfg(feature = "stubs")]
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
@@ -42,14 +42,50 @@ impl Wanted {
     }
 }
 
+/// A whole number of any size.
+#[derive(Clone, Copy)]
+pub(crate) struct Whole(pub(crate) i128);
+
+impl FromPyObject<'_, '_> for Whole {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr = type_hint_identifier!("typing", "SupportsIndex");
+
+    fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        given.extract().map(Self).or_else(|error: PyErr| {
+            // What is larger than all that is allowed need not be told exactly.
+            let is_large = error.is_instance_of::<PyOverflowError>(given.py());
+            if is_large { Ok(Self(if given.lt(0)? { i128::MIN } else { i128::MAX })) } else { Err(error) }
+        })
+    }
+}
+
+/// Most that a record or a batch can hold.
+const MOST: u64 = i64::MAX as u64;
+
 /// A number of things, at least so many.
-pub(crate) fn count(name: &str, number: i64, least: u64) -> PyResult<u64> {
-    let counted = u64::try_from(number).ok().filter(|number| *number >= least);
-    counted.ok_or_else(|| InputError::new_err(format!("{name} = {number}: must be at least {least}")))
+pub(crate) fn count(name: &str, number: Whole, least: u64) -> PyResult<u64> {
+    within(name, number, least, MOST)
+}
+
+/// A number from `least` to `most`.
+pub(crate) fn within(name: &str, Whole(number): Whole, least: u64, most: u64) -> PyResult<u64> {
+    let counted = u64::try_from(number).ok().filter(|number| (least..=most).contains(number));
+    counted.ok_or_else(|| {
+        let what = if number > i128::from(least) { format!("at most {most}") } else { format!("at least {least}") };
+        InputError::new_err(format!("{name} = {number}: must be {what}"))
+    })
+}
+
+/// A number of UAVs, of groups, or what one is called.
+pub(crate) fn small(name: &str, number: Option<Whole>) -> PyResult<Option<u32>> {
+    let small = number.map(|number| within(name, number, 0, i32::MAX as u64)).transpose()?;
+    Ok(small.and_then(|number| u32::try_from(number).ok()))
 }
 
 /// A number of threads; `None`: one per core.
-pub(crate) fn number_of_threads(threads: Option<i64>) -> PyResult<Option<NonZeroUsize>> {
+pub(crate) fn number_of_threads(threads: Option<Whole>) -> PyResult<Option<NonZeroUsize>> {
     let counted = threads.map(|threads| count("threads", threads, 1)).transpose()?;
     Ok(counted.and_then(|threads| NonZeroUsize::new(usize::try_from(threads).unwrap_or(usize::MAX))))
 }

@@ -11,7 +11,7 @@ use standoff_sim::monte_carlo::{Batch as Flown, Progress, Results, Shard, fly_in
 use standoff_sim::scenario::Template;
 use standoff_sim::score::Choice;
 
-use crate::asked_for::{Dict, Wanted, count, json, number_of_threads, warn};
+use crate::asked_for::{Dict, Wanted, Whole, count, json, number_of_threads, warn};
 use crate::failure::{InputError, StandoffError, of_batch as refused};
 use crate::folder::in_folder;
 use crate::html::{framed, html_table};
@@ -104,7 +104,7 @@ impl Batch {
 ///
 /// :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`.
 /// :param runs: number of runs, 1 to 100,000,000.
-/// :param seed: seed of the first run, from 0.
+/// :param seed: seed of the first run, from 0; 1 if left out.
 /// :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
 ///     between, or a list.
 /// :param threads: number of threads, one per core if None. The results are the same with any number.
@@ -116,16 +116,16 @@ impl Batch {
 /// :raises StandoffError: something failed while running; runs that are complete are kept in ``out``.
 #[pyfunction]
 #[pyo3(signature = (
-    scenario, *, runs, seed=1, metrics=Wanted::default(), threads=None, shard=None, out=None, progress=None
+    scenario, *, runs, seed=Whole(1), metrics=Wanted::default(), threads=None, shard=None, out=None, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "Python's are named")]
 pub(crate) fn monte_carlo(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
-    runs: i64,
-    seed: i64,
+    runs: Whole,
+    seed: Whole,
     metrics: Wanted,
-    threads: Option<i64>,
+    threads: Option<Whole>,
     shard: Option<&str>,
     out: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -163,7 +163,7 @@ pub(crate) fn merge(py: Python<'_>, dirs: Vec<PathBuf>, out: Option<PathBuf>) ->
 
 /// What is flown, as text for other processes and machines: every part of a batch is a function of it.
 #[pyfunction]
-pub(crate) fn _described(scenario: &Bound<'_, PyAny>, runs: i64, seed: i64, metrics: Wanted) -> PyResult<String> {
+pub(crate) fn _described(scenario: &Bound<'_, PyAny>, runs: Whole, seed: Whole, metrics: Wanted) -> PyResult<String> {
     let flown = batch(asked_for(scenario)?.template(), runs, seed, None, &metrics)?;
     flown.json().map_err(|error| StandoffError::new_err(error.to_string()))
 }
@@ -186,7 +186,7 @@ pub(crate) fn _fly_described(
     described: &str,
     traffic: Option<PathBuf>,
     shard: Option<&str>,
-    threads: Option<i64>,
+    threads: Option<Whole>,
     out: PathBuf,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<()> {
@@ -205,7 +205,7 @@ fn part(described: &str, shard: Option<&str>) -> PyResult<Flown> {
 }
 
 /// What is asked for, as the simulator flies it.
-fn batch(template: &Template, runs: i64, seed: i64, shard: Option<Shard>, metrics: &Wanted) -> PyResult<Flown> {
+fn batch(template: &Template, runs: Whole, seed: Whole, shard: Option<Shard>, metrics: &Wanted) -> PyResult<Flown> {
     let (runs, seed) = (count("runs", runs, 1)?, count("seed", seed, 0)?);
     Flown::new(template, seed, runs, shard, metrics.choice()?).map_err(refused)
 }

@@ -12,11 +12,11 @@ use standoff_sim::run::fly_while;
 use standoff_sim::scenario::{Template, built_in};
 use standoff_sim::score::{Choice, Metrics, Scorer};
 
-use crate::asked_for::{Dict, Wanted, count, json, number_of_threads, warn};
+use crate::asked_for::{Dict, Wanted, Whole, count, json, number_of_threads, warn};
 use crate::batch::Batch;
 use crate::failure::{InputError, StandoffError, of_scenario};
 use crate::html::{escaped, html_table};
-use crate::law::{self, Answering, Asked};
+use crate::law::{self, Asked};
 use crate::scenario::{Scenario, asked_for};
 use crate::waiting::{Told, listening, while_listening};
 
@@ -112,8 +112,8 @@ fn is_built_in(path: &Path) -> bool {
 ///
 /// :param a: a scenario (a built-in name, a path, a :class:`Scenario`), or a batch (a :class:`Batch`, its folder).
 /// :param b: the same, for what is compared with it. None: the scenario of ``a``.
-/// :param runs: number of runs of each scenario; batches are flown already.
-/// :param seed: seed of the first run; the next has the next.
+/// :param runs: number of runs of each scenario, 200 if left out; batches are flown already.
+/// :param seed: seed of the first run, 1 if left out; the next has the next.
 /// :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
 ///     between, or a list.
 /// :param threads: number of threads, one per core if None. The numbers are the same with any number.
@@ -124,17 +124,17 @@ fn is_built_in(path: &Path) -> bool {
 /// :raises InputError: there is nothing to compare, or a seed cannot be flown. What a law raises comes as it is.
 #[pyfunction]
 #[pyo3(signature = (
-    a, b=None, *, runs=200, seed=1, metrics=Wanted::default(), threads=None, law_a=None, law_b=None, law_limit_s=10.0
+    a, b=None, *, runs=Whole(200), seed=Whole(1), metrics=Wanted::default(), threads=None, law_a=None, law_b=None, law_limit_s=10.0
 ))]
 #[expect(clippy::too_many_arguments, reason = "Python's are named")]
 pub(crate) fn compare(
     py: Python<'_>,
     a: &Bound<'_, PyAny>,
     b: Option<&Bound<'_, PyAny>>,
-    runs: i64,
-    seed: i64,
+    runs: Whole,
+    seed: Whole,
     metrics: Wanted,
-    threads: Option<i64>,
+    threads: Option<Whole>,
     law_a: Option<Bound<'_, PyAny>>,
     law_b: Option<Bound<'_, PyAny>>,
     law_limit_s: f64,
@@ -160,7 +160,7 @@ pub(crate) fn compare(
                 Batch::check(&templates[0], seed, runs, choice)?;
                 let sides = templates.into_iter().zip([law_a, law_b]);
                 let sides = sides.map(|(template, law)| Side { template, law: law.map(Bound::unbind) }).collect();
-                laws(py, sides, seed..seed + runs, choice, &Answering::within(law_limit_s)?)?
+                laws(py, sides, seed..seed + runs, choice, law_limit_s)?
             } else {
                 let [one, other] = templates;
                 let compare = move |stop: &AtomicBool, _: &Told| {
@@ -221,23 +221,30 @@ impl Side {
 }
 
 /// Flies both sides with every seed, one after the other.
-fn laws(py: Python<'_>, sides: Vec<Side>, seeds: Range<u64>, choice: Choice, answering: &Answering) -> PyResult<Flown> {
+fn laws(py: Python<'_>, sides: Vec<Side>, seeds: Range<u64>, choice: Choice, law_limit_s: f64) -> PyResult<Flown> {
     let names: Vec<String> = sides.iter().map(|side| side.name(py)).collect();
-    let (stop, asked, first) = (Arc::new(AtomicBool::new(false)), Arc::clone(&answering.asked), seeds.start);
+    let (stop, first) = (Arc::new(AtomicBool::new(false)), seeds.start);
+    let asked = Asked::within(py, law_limit_s, &stop)?;
     let stopped = Arc::clone(&stop);
     let work = move || {
         let mut flown = Vec::new();
         for seed in seeds {
-            let fly = |side: &Side| side.fly(seed, choice, &asked, || !stopped.load(Ordering::Relaxed));
-            let both = (fly(&sides[0]), fly(&sides[1]));
+            let fly = |side: &Side, which: &str| {
+                let flown = side.fly(seed, choice, &asked, || !stopped.load(Ordering::Relaxed));
+                flown.inspect_err(|error| {
+                    // Without it, it is the same error.
+                    let _ = Python::attach(|py| error.add_note(py, format!("seed {seed}, {which}")));
+                })
+            };
+            let both = [fly(&sides[0], "law_a")?, fly(&sides[1], "law_b")?];
             if stopped.load(Ordering::Relaxed) {
                 break;
             }
-            flown.push([both.0?, both.1?]);
+            flown.push(both);
         }
         PyResult::Ok(flown)
     };
-    let ended = listening(py, &stop, Some(answering), || Ok(()), work)?;
+    let ended = listening(py, &stop, || Ok(()), work)?;
     ended.raised.map_or(Ok(()), Err)?;
     Ok(Flown::of([&names[0], &names[1]], first, choice, &ended.done?))
 }

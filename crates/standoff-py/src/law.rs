@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyFrozenSet, PyList, PyTuple};
 use standoff::{
     AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LimitedCommand, LookAt,
     Message, Observation, Position, Report, Scan, Site, Step, Time, UavId, UavParams, UavState, Velocity,
@@ -18,7 +18,7 @@ use standoff_sim::rows_of_picture;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 
-pub(crate) use asked::{Answering, Asked};
+pub(crate) use asked::Asked;
 pub(crate) use believed::Tracks;
 pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
 
@@ -88,7 +88,11 @@ pub(crate) fn mission(
         return Err(PyTypeError::new_err(what));
     }
     let uavs = scenario.uavs.len();
-    let make = |uav: Option<u32>| law.call1((Briefing::of(scenario, uav),)).map(Bound::unbind);
+    let nothing = PyTuple::empty(py);
+    let make = |uav: Option<u32>| {
+        let briefing = (Briefing::of(scenario, uav),).into_pyobject(py)?;
+        asked.ask(law, briefing, "made", nothing.clone()).map(Bound::unbind)
+    };
     let kind = Kind::of(&whose(law, || make(Some(0)))?)?;
     let laws = if kind.is_team_s {
         vec![make(None)?]
@@ -275,9 +279,10 @@ impl OwnLaw {
     fn answer(&mut self, py: Python<'_>, uav: UavId, ours: Option<&Step>) -> PyResult<Option<Answer>> {
         let place = uav.0 as usize;
         if !self.kind.is_team_s {
-            let observed = self.observed(py, place, ours)?;
-            let answer = self.asked.ask(self.laws[place].bind(py), "decide", (observed,))?;
-            return answer_of(&answer, self.laws[place].bind(py));
+            let observed = (self.observed(py, place, ours)?,).into_pyobject(py)?;
+            let law = self.laws[place].bind(py);
+            let answer = self.asked.ask(&law.getattr("decide")?, observed, "command", whose_is(law)?)?;
+            return self.answer_of(&answer);
         }
         if self.answered.is_none() {
             let mut all = Vec::new();
@@ -290,19 +295,10 @@ impl OwnLaw {
                 all.push(self.observed(py, place, ours.as_ref())?);
             }
             let law = self.laws[0].bind(py);
-            let answers = self.asked.ask(law, "decide", (PyList::new(py, all)?,))?;
-            let answers: Vec<_> = answers.try_iter().and_then(Iterator::collect).map_err(|_: PyErr| {
-                PyTypeError::new_err(format!("{}.decide: a team's law gives a list of commands", law.get_type()))
-            })?;
-            if answers.len() != self.seen.len() {
-                return Err(PyValueError::new_err(format!(
-                    "{}.decide: gave {} commands for {} UAVs; one each",
-                    law.get_type(),
-                    answers.len(),
-                    self.seen.len()
-                )));
-            }
-            let answers = answers.iter().map(|answer| answer_of(answer, law)).collect::<PyResult<_>>()?;
+            let (observed, uavs) = ((PyList::new(py, all)?,).into_pyobject(py)?, self.seen.len());
+            let how = (name(law)?, uavs).into_pyobject(py)?;
+            let answers = self.asked.ask(&law.getattr("decide")?, observed, "commands", how)?;
+            let answers = answers.try_iter()?.map(|answer| self.answer_of(&answer?)).collect::<PyResult<_>>()?;
             self.answered = Some(answers);
         }
         Ok(self.answered.as_ref().and_then(|answers| *answers.get(place)?))
@@ -311,11 +307,28 @@ impl OwnLaw {
     /// What the law believes of targets: a team's law, or the first UAV's.
     fn tracks(&self, py: Python<'_>) -> PyResult<Vec<TrackRow>> {
         let law = self.laws[0].bind(py);
-        let tracks = self.asked.ask(law, "tracks", ())?;
-        let tracks = tracks.cast::<Tracks>().map_err(|_| {
-            PyTypeError::new_err(format!("{}.tracks: gave {:.80}; standoff.Tracks is wanted", law.get_type(), tracks))
-        })?;
+        let tracks = self.asked.ask(&law.getattr("tracks")?, PyTuple::empty(py), "tracks", whose_is(law)?)?;
+        let tracks = tracks.cast::<Tracks>()?;
         Ok(tracks.get().rows.clone())
+    }
+
+    /// What a law has answered for a UAV, once it was read.
+    fn answer_of(&self, answer: &Bound<'_, PyAny>) -> PyResult<Option<Answer>> {
+        if answer.is_none() {
+            return Ok(None);
+        }
+        let Command { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group } =
+            answer.cast::<Command>()?.get().clone();
+        let groups = self.fleet.as_ref().map(|fleet| &fleet.picture().groups);
+        if let (Some(group), Some(groups)) = (group, groups)
+            && !groups.iter().any(|there| there.id.0 == group)
+        {
+            let there: Vec<u32> = groups.iter().map(|there| there.id.0).collect();
+            return Err(PyValueError::new_err(format!("decide: group {group} is none of {there:?}")));
+        }
+        let look_at = look_at
+            .map(|[x, y, vx, vy]| LookAt { position: Position::from_m(x, y), velocity: Velocity::from_m_s(vx, vy) });
+        Ok(Some(Answer { command: Flown { speed_m_s, turn_rate_rad_s }, look_at, altitude_m, group }))
     }
 
     fn observed(&mut self, py: Python<'_>, place: usize, ours: Option<&Step>) -> PyResult<Py<Observed>> {
@@ -333,32 +346,14 @@ impl OwnLaw {
     }
 }
 
-/// What a law has answered for a UAV.
-fn answer_of(answer: &Bound<'_, PyAny>, law: &Bound<'_, PyAny>) -> PyResult<Option<Answer>> {
-    if answer.is_none() {
-        return Ok(None);
-    }
-    let wrong = |what: &str| PyValueError::new_err(format!("{}.decide: {what}", law.get_type()));
-    let numbers = |speed_m_s: f64, turn_rate_rad_s: f64| {
-        if speed_m_s.is_finite() && turn_rate_rad_s.is_finite() {
-            Ok(Flown { speed_m_s, turn_rate_rad_s })
-        } else {
-            Err(wrong(&format!(
-                "wants speed_m_s = {speed_m_s}, turn_rate_rad_s = {turn_rate_rad_s}; both are finite numbers"
-            )))
-        }
-    };
-    if let Ok(command) = answer.cast::<Command>() {
-        let Command { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group } = command.get().clone();
-        let look_at = look_at
-            .map(|[x, y, vx, vy]| LookAt { position: Position::from_m(x, y), velocity: Velocity::from_m_s(vx, vy) });
-        return Ok(Some(Answer { command: numbers(speed_m_s, turn_rate_rad_s)?, look_at, altitude_m, group }));
-    }
-    let (speed_m_s, turn_rate_rad_s) = answer.extract::<(f64, f64)>().map_err(|_| {
-        wrong(&format!("gave {answer:.80}; a Command, (speed_m_s, turn_rate_rad_s), or None: as the product would"))
-    })?;
-    let command = numbers(speed_m_s, turn_rate_rad_s)?;
-    Ok(Some(Answer { command, look_at: None, altitude_m: None, group: None }))
+/// A law's class, for messages.
+fn name(law: &Bound<'_, PyAny>) -> PyResult<String> {
+    Ok(law.get_type().name()?.to_string())
+}
+
+/// The same as what reads an answer takes it.
+fn whose_is<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+    (name(law)?,).into_pyobject(law.py())
 }
 
 /// A law that assigns UAVs to groups, written in Python.
@@ -380,21 +375,14 @@ impl AssignmentLaw for OwnAssignment {
         }
         Python::attach(|py| {
             let law = self.law.bind(py);
-            let answer = self.asked.ask(law, "decide", (Choice::of(py, now, uavs, sites)?,))?;
-            if answer.is_none() {
-                return Ok(None);
-            }
-            let wrong = || {
-                PyTypeError::new_err(format!(
-                    "{}.decide: a law that assigns gives a dict of UAVs to groups, or None",
-                    law.get_type()
-                ))
-            };
-            let duties = answer.cast::<PyDict>().map_err(|_| wrong())?.iter().map(|(uav, group)| {
-                let (uav, group) = (uav.extract().map_err(|_| wrong())?, group.extract().map_err(|_| wrong())?);
-                Ok(Duty { uav: UavId(uav), group: GroupId(group) })
-            });
-            duties.collect::<PyResult<Vec<_>>>().map(Some)
+            let choice = (Choice::of(py, now, uavs, sites)?,).into_pyobject(py)?;
+            let uavs = PyFrozenSet::new(py, uavs.iter().map(|uav| uav.uav.0))?;
+            let groups = PyFrozenSet::new(py, sites.iter().map(|site| site.group.0))?;
+            let how = (name(law)?, uavs, groups).into_pyobject(py)?;
+            let answer = self.asked.ask(&law.getattr("decide")?, choice, "duties", how)?;
+            let duties: Option<Vec<(u32, u32)>> = answer.extract()?;
+            let duty = |(uav, group)| Duty { uav: UavId(uav), group: GroupId(group) };
+            PyResult::Ok(duties.map(|duties| duties.into_iter().map(duty).collect()))
         })
         .unwrap_or_else(|error| {
             self.asked.fail(error);

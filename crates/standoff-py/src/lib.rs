@@ -9,6 +9,7 @@ mod folder;
 mod html;
 mod law;
 mod pieces;
+mod positional;
 mod run;
 mod scenario;
 mod table;

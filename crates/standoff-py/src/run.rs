@@ -7,18 +7,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, fly, has_older_run, refused, tell};
+use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, done_unless, fly, has_older_run, refused, tell};
 use standoff_sim::run::Mission;
 use standoff_sim::score::Choice;
+use standoff_sim::text;
 
-use crate::asked_for::{Dict, Wanted, count, json, warn, warning};
+use crate::asked_for::{Dict, Wanted, Whole, count, json, small, warn, warning};
 use crate::failure::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
 use crate::html::framed;
-use crate::law::{self, Answering};
+use crate::law::{self, Asked};
 use crate::scenario::changed_as_asked;
 use crate::table::Table;
-use crate::waiting::{Ended, listening};
+use crate::waiting::{listening, unless_interrupted};
 
 /// The tables of a record.
 const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "views", "events"];
@@ -71,16 +72,26 @@ impl Flight {
     fn fly<B: standoff_sim::brain::Brain>(
         &self,
         mission: &mut Mission<B>,
+        stop: &AtomicBool,
         go_on: impl Fn() -> bool,
     ) -> Result<(String, String), Failure> {
         let say = |line: &str| self.notes.say(line);
         let map = self.maps.of_scenario(&self.scenario, &say)?;
         let closed = fly(&self.scenario, mission, &self.out, map.as_ref(), &say, go_on, |_| {})?;
-        let told = tell(closed.dir(), &self.out, self.choice, &say);
+        let (dir, out, choice, notes) = (closed.dir().to_owned(), self.out.clone(), self.choice, self.notes.clone());
+        let (scenario, with_yardstick) = (self.scenario.clone(), self.yardstick);
+        let told = done_unless(
+            || stop.load(Ordering::Relaxed),
+            move || {
+                let told = tell(&dir, &out, choice, &|line| notes.say(line))?;
+                Ok((told, with_yardstick.then(|| Yardsticked::of(&scenario).yardstick)))
+            },
+        );
         closed.publish().map_err(Failure::running)?;
-        let Told { mut outcome, written } = told?;
+        let (Told { mut outcome, written }, yardstick) =
+            told.ok_or_else(|| Failure::running(format!("the run is complete in {}", text::path(&self.out))))??;
         written?;
-        outcome.yardstick = self.yardstick.then(|| Yardsticked::of(&self.scenario).yardstick);
+        outcome.yardstick = yardstick;
         let summary = outcome.json().map_err(Failure::running)?;
         Ok((summary, outcome.told(&self.out, Telling { per_target: true, ..Telling::default() })))
     }
@@ -90,7 +101,7 @@ impl Flight {
 ///
 /// :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`. None: what the command
 ///     flies: ``best/figure-9``, or over traffic ``traffic/convoy``.
-/// :param seed: seed of everything random, 0 to 2**63 - 1.
+/// :param seed: seed of everything random, 0 to 2**63 - 1; 1 if left out.
 /// :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values of the scenario to change, by dotted key.
@@ -109,16 +120,16 @@ impl Flight {
 ///     is. A note says what is kept of the run.
 #[pyfunction]
 #[pyo3(signature = (
-    scenario=None, *, seed=1, traffic=None, uavs=None, set=None, metrics=Wanted::default(), out=None, maps=vec![],
+    scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None, metrics=Wanted::default(), out=None, maps=vec![],
     law=None, law_limit_s=10.0, yardstick=false
 ))]
 #[expect(clippy::too_many_arguments, reason = "Python's are named")]
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
-    seed: i64,
+    seed: Whole,
     traffic: Option<PathBuf>,
-    uavs: Option<u32>,
+    uavs: Option<Whole>,
     set: Option<Dict<'_>>,
     metrics: Wanted,
     out: Option<PathBuf>,
@@ -127,39 +138,41 @@ pub(crate) fn run(
     law_limit_s: f64,
     yardstick: bool,
 ) -> PyResult<Py<Run>> {
-    let scenario = changed_as_asked(scenario, traffic, uavs, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
+    let scenario =
+        changed_as_asked(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     let choice = metrics.choice()?;
     warn(py, &scenario)?;
-    let answering = law.map(|_| Answering::within(law_limit_s)).transpose()?;
-    let own = match (law, &answering) {
-        (Some(law), Some(answering)) => Some(law::mission(py, &scenario, law, &answering.asked)?),
-        _ => None,
-    };
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = law.map(|_| Asked::within(py, law_limit_s, &stop)).transpose()?;
+    let law = law.map(|law| law.clone().unbind());
     let is_named = out.is_some();
     in_folder(py, out, |out| {
         // Without a slash at its end: a link to a folder would be followed half of the way.
         let out: PathBuf = out.components().collect();
-        let (stop, notes) = (Arc::new(AtomicBool::new(false)), Notes::default());
+        let notes = Notes::default();
         if has_older_run(&scenario, &out).map_err(|failure| raised(&failure))? {
             notes.say(&format!("note: replacing the older run in {}", out.display()));
         }
-        let asked = answering.as_ref().map(|answering| Arc::clone(&answering.asked));
-        let stopped = Arc::clone(&stop);
+        let (asking, stopped) = (asked.clone(), Arc::clone(&stop));
         let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), choice, yardstick, notes: notes.clone() };
         let work = move || {
             let goes_on = || !stopped.load(Ordering::Relaxed);
-            match (own, asked) {
-                (Some(mut mission), Some(asked)) => flight.fly(&mut mission, || goes_on() && !asked.has_failed()),
-                _ => {
-                    let mission = Mission::new(&flight.scenario);
-                    let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
-                    flight.fly(&mut mission, goes_on)
+            let Some((law, asked)) = law.zip(asking) else {
+                let mission = Mission::new(&flight.scenario);
+                let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
+                return flight.fly(&mut mission, &stopped, goes_on);
+            };
+            match Python::attach(|py| law::mission(py, &flight.scenario, law.bind(py), &asked)) {
+                Ok(mut mission) => flight.fly(&mut mission, &stopped, || goes_on() && !asked.has_failed()),
+                Err(error) => {
+                    asked.fail(error);
+                    Err(Failure::running("nothing was flown"))
                 }
             }
         };
-        let ended = listening(py, &stop, answering.as_ref(), || Ok(()), work)?;
+        let ended = listening(py, &stop, || Ok(()), work)?;
         notes.warn(py)?;
-        let came = ended.raised.or_else(|| answering.and_then(|answering| answering.asked.take()));
+        let came = ended.raised.or_else(|| asked.and_then(|asked| asked.take()));
         match (ended.done, came) {
             (Ok((summary, told)), None) => Ok(Run { dir: out, summary, told }),
             (Err(failure), None) => Err(raised(&failure)),
@@ -180,20 +193,19 @@ pub(crate) fn run(
 /// :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.
 /// :raises ScenarioError: the scenario cannot be used.
 #[pyfunction]
-#[pyo3(signature = (scenario=None, *, seed=1, traffic=None, uavs=None, set=None))]
+#[pyo3(signature = (scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None))]
 pub(crate) fn yardstick<'py>(
     py: Python<'py>,
     scenario: Option<&Bound<'py, PyAny>>,
-    seed: i64,
+    seed: Whole,
     traffic: Option<PathBuf>,
-    uavs: Option<u32>,
+    uavs: Option<Whole>,
     set: Option<Dict<'py>>,
 ) -> PyResult<Dict<'py>> {
-    let scenario = changed_as_asked(scenario, traffic, uavs, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
+    let scenario =
+        changed_as_asked(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     warn(py, &scenario)?;
-    let work = move || Yardsticked::of(&scenario).json();
-    let Ended { done, raised } = listening(py, &AtomicBool::default(), None, || Ok(()), work)?;
-    raised.map_or(Ok(()), Err)?;
+    let done = unless_interrupted(py, move || Yardsticked::of(&scenario).json())?;
     json(py, &done.map_err(|error| StandoffError::new_err(error.to_string()))?)
 }
 
@@ -210,9 +222,8 @@ impl Run {
             let told = outcome.told(&place, Telling { per_target: true, ..Telling::default() });
             Ok((outcome.json().map_err(Failure::running)?, told))
         };
-        let Ended { done, raised: came } = listening(py, &AtomicBool::default(), None, || Ok(()), work)?;
+        let done = unless_interrupted(py, work)?;
         notes.warn(py)?;
-        came.map_or(Ok(()), Err)?;
         let (summary, told) = done.map_err(|failure| raised(&failure))?;
         Ok(Self { dir, summary, told })
     }

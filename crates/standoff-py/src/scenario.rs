@@ -4,11 +4,11 @@ use std::env;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyInt, PyList, PyString, PyTuple};
 use standoff_sim::scenario::{BUILT_IN, Edits, Template};
 use toml::{Table, Value};
 
-use crate::asked_for::Dict;
+use crate::asked_for::{Dict, Whole, count, small};
 use crate::failure::{ScenarioError, of_scenario};
 
 /// What is flown: a built-in scenario, a scenario file, or TOML; with changes.
@@ -96,10 +96,10 @@ impl Scenario {
     fn new(
         scenario: &Bound<'_, PyAny>,
         traffic: Option<PathBuf>,
-        uavs: Option<u32>,
+        uavs: Option<Whole>,
         set: Option<Dict<'_>>,
     ) -> PyResult<Self> {
-        changed_as_asked(Some(scenario), traffic, uavs, set.as_ref())
+        changed_as_asked(Some(scenario), traffic, small("uavs", uavs)?, set.as_ref())
     }
 
     /// A scenario typed as TOML.
@@ -128,8 +128,8 @@ impl Scenario {
 
     /// The same with more changes; parameters as of the class.
     #[pyo3(signature = (*, traffic=None, uavs=None, set=None))]
-    fn changed(&self, traffic: Option<PathBuf>, uavs: Option<u32>, set: Option<Dict<'_>>) -> PyResult<Self> {
-        Self::load(self.source.clone(), changed(self.edits.clone(), traffic, uavs, set.as_ref())?)
+    fn changed(&self, traffic: Option<PathBuf>, uavs: Option<Whole>, set: Option<Dict<'_>>) -> PyResult<Self> {
+        Self::load(self.source.clone(), changed(self.edits.clone(), traffic, small("uavs", uavs)?, set.as_ref())?)
     }
 
     /// What it is called.
@@ -158,8 +158,8 @@ impl Scenario {
     /// The scenario of a seed as TOML with every value drawn and spelt out; loading it gives the same run.
     ///
     /// :param seed: seed of everything random, 0 to 2**63 - 1.
-    fn resolved(&self, seed: u64) -> PyResult<String> {
-        self.drawn(seed)?.resolved().map_err(of_scenario)
+    fn resolved(&self, seed: Whole) -> PyResult<String> {
+        self.drawn(count("seed", seed, 0)?)?.resolved().map_err(of_scenario)
     }
 
     fn __repr__(&self) -> String {
@@ -264,8 +264,17 @@ fn value_within(of: &Bound<'_, PyAny>, depth: usize) -> Result<Value, String> {
     if of.is_instance_of::<PyString>() {
         return of.extract().map(Value::String).map_err(|error| error.to_string());
     }
-    if of.is_instance_of::<PyInt>() || !of.is_instance_of::<PyFloat>() && of.hasattr("__index__").unwrap_or(false) {
+    // NumPy's scalars say what they are as Python's own.
+    if let Ok(true) = of.getattr("ndim").and_then(|ndim| ndim.eq(0)) {
+        let own = of.call_method0("item").map_err(|error| error.to_string())?;
+        return value_within(&own, depth);
+    }
+    if of.is_instance_of::<PyInt>() {
         return of.extract().map(Value::Integer).map_err(|_| "an integer must fit 64 bits".to_owned());
+    }
+    if of.hasattr("tolist").unwrap_or(false) {
+        let own = of.call_method0("tolist").map_err(|error| error.to_string())?;
+        return value_within(&own, depth);
     }
     of.extract().map(Value::Float).map_err(|_| format!("a value is a number, text, list or dict, not {}", kind()))
 }

@@ -19,6 +19,7 @@ use pyo3::types::{PyCapsule, PyTuple};
 use standoff_parquet::{Error, Source, guarded};
 
 use crate::failure::{InputError, StandoffError};
+use crate::positional::Positional;
 
 /// Rows that are read at a time.
 const ROWS: usize = 65_536;
@@ -29,7 +30,7 @@ const ROWS: usize = 65_536;
 /// ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` take it over without a copy.
 #[pyclass(frozen, module = "standoff")]
 pub(crate) struct Table {
-    file: Arc<File>,
+    file: Positional,
     metadata: ArrowReaderMetadata,
     /// The file's path, for messages.
     path: String,
@@ -45,7 +46,7 @@ impl Table {
             // It looks at what the file says of itself before anybody believes it.
             Source::open(file.try_clone()?)?;
             let metadata = guarded(|| ArrowReaderMetadata::load(&file, Default::default()))?;
-            Ok((Arc::new(file), metadata))
+            Ok((Positional(Arc::new(file)), metadata))
         });
         let (file, metadata) = opened.map_err(|error| refusal(&told, error))?;
         Ok(Self { file, metadata, path: told, _owner: owner })
@@ -58,8 +59,7 @@ impl Table {
     /// Reads these columns.
     fn reader(&self, columns: ProjectionMask) -> PyResult<Guarded> {
         let read = guarded(|| {
-            let file = self.file.try_clone()?;
-            let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, self.metadata.clone());
+            let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(self.file.clone(), self.metadata.clone());
             builder.with_batch_size(ROWS).with_projection(columns).build()
         });
         read.map(|reader| Guarded { schema: reader.schema(), reader }).map_err(|error| refusal(&self.path, error))

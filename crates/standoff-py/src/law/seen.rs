@@ -1,11 +1,15 @@
 //! What a law is shown, and what it answers. SI units; metres east (x) and north (y); angles anticlockwise from east, rad.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use numpy::ndarray::Dimension;
+use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use standoff::{
-    AvailableUav, Cue, Known, Membership, Picture as Kept, Report, Site, Step, Time, TrackStatus, UavState,
+    Allowed, AvailableUav, Cue, Known, Membership, Picture as Kept, Report, Site, Step, Time, TrackStatus, UavState,
 };
 use standoff_sim::scenario::Scenario;
+
+use crate::asked_for::{Whole, small};
+use crate::failure::InputError;
 
 /// What a team may know of a scenario before it flies.
 #[pyclass(frozen, get_all, module = "standoff")]
@@ -68,7 +72,8 @@ impl Briefing {
 /// :param look_at: where to point the sensor: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a point that moves. None: where
 ///     the product would, if it flies beside the law; else nowhere.
 /// :param altitude_m: altitude above the plane, m.
-/// :param group: the group that the UAV serves, for the scores.
+/// :param group: the group that the UAV serves, for the scores: one of the picture's, where the law sees it.
+/// :raises InputError: a number that is not finite, or an altitude beyond 100 km.
 #[pyclass(frozen, get_all, module = "standoff")]
 #[derive(Clone)]
 pub(crate) struct Command {
@@ -78,6 +83,10 @@ pub(crate) struct Command {
     pub(super) altitude_m: Option<f64>,
     pub(super) group: Option<u32>,
 }
+
+const FINITE: Allowed = Allowed::FINITE;
+/// No aircraft flies higher.
+const ALTITUDE_M: Allowed = Allowed::at_least(-1e5).at_most(1e5);
 
 /// A point, or one that moves.
 #[derive(FromPyObject)]
@@ -95,13 +104,21 @@ impl Command {
         turn_rate_rad_s: f64,
         look_at: Option<Place>,
         altitude_m: Option<f64>,
-        group: Option<u32>,
-    ) -> Self {
+        group: Option<Whole>,
+    ) -> PyResult<Self> {
         let look_at = look_at.map(|place| match place {
             Place::Moving(place) => place,
             Place::Still([x, y]) => [x, y, 0.0, 0.0],
         });
-        Self { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group }
+        let place = look_at.into_iter().flatten().map(|number| ("look_at", number, FINITE));
+        let altitude = altitude_m.map(|altitude_m| ("altitude_m", altitude_m, ALTITUDE_M));
+        let wanted = [("speed_m_s", speed_m_s, FINITE), ("turn_rate_rad_s", turn_rate_rad_s, FINITE)];
+        for (name, number, allowed) in wanted.into_iter().chain(place).chain(altitude) {
+            if !allowed.contains(number) {
+                return Err(InputError::new_err(format!("{name} = {number}: must be {allowed}")));
+            }
+        }
+        Ok(Self { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group: small("group", group)? })
     }
 
     fn __repr__(&self) -> String {
@@ -128,15 +145,13 @@ pub(crate) struct Heard {
 
 impl Heard {
     fn of(py: Python<'_>, report: &Report) -> Self {
-        let numbers = |of: fn(&standoff::Detection) -> f64| {
-            report.detections.iter().map(of).collect::<Vec<_>>().into_pyarray(py).unbind()
-        };
+        let numbers = |of: fn(&standoff::Detection) -> f64| one(py, report.detections.iter().map(of).collect());
         let targets: Vec<i64> = report.detections.iter().map(|detection| detection.label.0.into()).collect();
         Self {
             uav: report.uav.0,
             state: state(py, &report.state),
             boresight_rad: report.boresight.map(standoff::Angle::rad),
-            target: targets.into_pyarray(py).unbind(),
+            target: one(py, targets),
             range_m: numbers(|detection| detection.measurement.range_m),
             bearing_rad: numbers(|detection| detection.measurement.bearing.rad()),
         }
@@ -145,7 +160,7 @@ impl Heard {
 
 fn state(py: Python<'_>, state: &UavState) -> Py<PyArray1<f64>> {
     let UavState { position, heading, speed_m_s, turn_rate_rad_s } = *state;
-    vec![position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s].into_pyarray(py).unbind()
+    one(py, vec![position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s])
 }
 
 /// A target that a search aircraft hands over when it appears.
@@ -317,20 +332,27 @@ impl Picture {
 }
 
 fn one<T: numpy::Element>(py: Python<'_>, numbers: Vec<T>) -> Py<PyArray1<T>> {
-    numbers.into_pyarray(py).unbind()
+    fixed(numbers.into_pyarray(py))
 }
 
 fn two(py: Python<'_>, numbers: Vec<f64>, columns: usize) -> Py<PyArray2<f64>> {
     let rows = numbers.len() / columns;
     // Whatever its length is, it was made of whole rows.
     let shaped = numbers.into_pyarray(py).reshape([rows, columns]);
-    shaped.unwrap_or_else(|_| PyArray2::zeros(py, [0, columns], false)).unbind()
+    fixed(shaped.unwrap_or_else(|_| PyArray2::zeros(py, [0, columns], false)))
 }
 
 fn three(py: Python<'_>, numbers: Vec<f64>) -> Py<PyArray3<f64>> {
     let matrices = numbers.len() / 36;
     let shaped = numbers.into_pyarray(py).reshape([matrices, 6, 6]);
-    shaped.unwrap_or_else(|_| PyArray3::zeros(py, [0, 6, 6], false)).unbind()
+    fixed(shaped.unwrap_or_else(|_| PyArray3::zeros(py, [0, 6, 6], false)))
+}
+
+/// What several laws are shown none of them changes.
+fn fixed<T: numpy::Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Py<PyArray<T, D>> {
+    // An array that could not be fixed is right all the same.
+    let _ = array.getattr("flags").and_then(|flags| flags.setattr("writeable", false));
+    array.unbind()
 }
 
 /// What a law that assigns chooses from: U UAVs and G groups, each by ascending number.

@@ -7,6 +7,7 @@ use standoff::{GroupId, Position, SmallestCircle, UavId};
 
 use super::array::{COORDINATE_M, DISTANCE_M, Given, Made, PATIENCE, Rows, common, each, shape};
 use super::parameters::Parameters;
+use crate::asked_for::{Whole, count};
 use crate::failure::InputError;
 
 /// Whoever stands in no group, and a UAV that serves none.
@@ -52,9 +53,11 @@ pub(crate) fn smallest_circle(
 /// :param uavs: how many UAVs.
 /// :param targets: how many targets.
 /// :returns: how many groups.
+/// :raises InputError: a number below 0.
 #[pyfunction]
-pub(crate) fn group_count(uavs: usize, targets: usize) -> usize {
-    k_means::group_count(uavs, targets)
+pub(crate) fn group_count(uavs: Whole, targets: Whole) -> PyResult<usize> {
+    let (uavs, targets) = (count("uavs", uavs, 0)?, count("targets", targets, 0)?);
+    Ok(k_means::group_count(uavs as usize, targets as usize))
 }
 
 /// K-means: points near one another form a cluster, and none is empty (30, Algorithm 1).

@@ -8,6 +8,7 @@ use pyo3::types::{PyDict, PyString};
 use pyo3::{PyTypeInfo, type_hint_identifier, type_hint_union};
 use standoff::{Feedforward, GuidanceParams, Lead, Objective, Sense, SpeedReference, TeamParams};
 
+use crate::asked_for::{Whole, count};
 use crate::failure::InputError;
 use crate::scenario;
 
@@ -110,7 +111,7 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 ///
 /// :param of: where what is not given comes from: other parameters, a :class:`standoff.Scenario`, a built-in scenario's
 ///     name or the path of a scenario file; Table I if left out.
-/// :param seed: of a scenario that draws parameters, the seed.
+/// :param seed: of a scenario that draws parameters, the seed; 1 if left out.
 /// :param correlation_rate_1_s: filter: correlation rate alpha of the targets' acceleration (5, 6), 1/s.
 /// :param acceleration_sd_m_s2: filter: standard deviation of their acceleration per axis, m/s2.
 /// :param range_sd_m: filter: standard deviation of a range, sigma_r, m.
@@ -280,7 +281,7 @@ macro_rules! tell {
 #[pymethods]
 impl Parameters {
     #[new]
-    #[pyo3(signature = (of=None, *, seed=1, correlation_rate_1_s=None, acceleration_sd_m_s2=None, range_sd_m=None,
+    #[pyo3(signature = (of=None, *, seed=Whole(1), correlation_rate_1_s=None, acceleration_sd_m_s2=None, range_sd_m=None,
         bearing_sd_rad=None, start_velocity_sd_m_s=None, field_of_view_rad=None, field_of_view_margin_rad=None,
         radius_min_m=None, radius_max_m=None, speed_m_s=None, sense=None, radial_gain=None, lead=None, lead_s=None,
         speed_reference=None, heading_gain_1_s=None, turn_rate_gain=None, feedforward=None, objective=None,
@@ -288,7 +289,7 @@ impl Parameters {
     #[expect(clippy::too_many_arguments, reason = "they are given by name")]
     fn new(
         of: Option<Source<'_>>,
-        seed: u64,
+        seed: Whole,
         correlation_rate_1_s: Option<f64>,
         acceleration_sd_m_s2: Option<f64>,
         range_sd_m: Option<f64>,
@@ -316,6 +317,7 @@ impl Parameters {
                 Ok(parameters) => parameters.get().clone(),
                 Err(_) => {
                     let scenario = scenario::asked_for(&of)?;
+                    let seed = count("seed", seed, 0)?;
                     Self::of_team(&of.py().detach(|| scenario.drawn(seed))?.settings.team)
                 }
             },
