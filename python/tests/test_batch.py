@@ -74,7 +74,7 @@ def test_any_threads_shards_and_interruptions_give_the_same_bytes(tmp_path: Path
 
 
 def test_what_is_interrupted_is_kept_and_goes_on(tmp_path: Path) -> None:
-    whole = standoff.monte_carlo(pair(), runs=400, out=tmp_path / "whole")
+    whole = standoff.monte_carlo(pair(), runs=4000, out=tmp_path / "whole")
     first: list[int] = []
 
     def stop(done: int, of: int) -> None:
@@ -83,13 +83,13 @@ def test_what_is_interrupted_is_kept_and_goes_on(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        standoff.monte_carlo(pair(), runs=400, threads=1, out=tmp_path / "out", progress=stop)
+        standoff.monte_carlo(pair(), runs=4000, threads=1, out=tmp_path / "out", progress=stop)
     kept = first[-1]
     first.clear()
     standoff.monte_carlo(
-        pair(), runs=400, threads=1, out=tmp_path / "out", progress=lambda done, of: first.append(done)
+        pair(), runs=4000, threads=1, out=tmp_path / "out", progress=lambda done, of: first.append(done)
     )
-    assert 0 < kept <= first[0] and first[-1] == 400
+    assert 0 < kept <= first[0] and first[-1] == 4000
     assert files(whole.dir) == files(tmp_path / "out")
 
 
