@@ -72,13 +72,7 @@ pub fn fly(scenario: &Scenario, choice: Choice) -> Result<Metrics, Vec<ParamErro
 
 /// Flies a mission for as long as `go_on`, asked before every instant, says yes, and scores what was flown.
 pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) -> Result<Metrics, Vec<ParamError>> {
-    let mut mission = Mission::new(scenario)?;
-    let mut scorer = Scorer::new(mission.rules(), choice);
-    while go_on() {
-        let Some(frame) = mission.frame() else { break };
-        scorer.frame(frame);
-    }
-    Ok(scorer.metrics())
+    Ok(Mission::new(scenario)?.scored_while(choice, go_on))
 }
 
 /// A UAV in the world: what it does, what its brain believes and wants, and what its sensor says.
@@ -184,6 +178,16 @@ impl<B: Brain> Mission<B> {
     pub fn frame(&mut self) -> Option<&Frame> {
         self.observe();
         self.decide()
+    }
+
+    /// Plays on for as long as `go_on`, asked before every instant, says yes, and scores what was played.
+    pub fn scored_while(&mut self, choice: Choice, go_on: impl Fn() -> bool) -> Metrics {
+        let mut scorer = Scorer::new(self.rules(), choice);
+        while go_on() {
+            let Some(frame) = self.frame() else { break };
+            scorer.frame(frame);
+        }
+        scorer.metrics()
     }
 
     /// The first half of an instant: sensors speak, the brain observes and hears. Until it is decided, it stays this one.

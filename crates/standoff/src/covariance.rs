@@ -68,6 +68,14 @@ impl Covariance {
         Matrix2::new(self.own[0].x, across, across, self.own[0].y)
     }
 
+    /// Standard deviation of the position in its least known direction, m.
+    pub fn position_sd_max_m(&self) -> f64 {
+        let p = self.position();
+        let mean = 0.5 * (p[(0, 0)] + p[(1, 1)]);
+        let half_difference = 0.5 * (p[(0, 0)] - p[(1, 1)]);
+        (mean + (half_difference * half_difference + p[(0, 1)] * p[(0, 1)]).sqrt()).max(0.0).sqrt()
+    }
+
     /// The same with another covariance of the position, of which the upper triangle counts.
     pub(crate) fn with_position(mut self, position: &Matrix2<f64>) -> Self {
         self.own[0] = position.diagonal();

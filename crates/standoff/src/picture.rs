@@ -330,9 +330,7 @@ impl Picture {
         }
         let reason = self.reason_to_assign(previous);
         if reason.is_none() && news.assignment.is_none() {
-            let Self { crew, searches, .. } = self;
-            crew.extend(previous.crew.iter().filter(|duty| !is_searching(searches, duty.uav)));
-            return;
+            return self.carry_crew_on(previous);
         }
         let available =
             |mate: &Teammate| AvailableUav { uav: mate.uav, position: mate.state.position, serves: mate.group };
@@ -353,11 +351,7 @@ impl Picture {
                 self.crew = assign(&uavs, &sites, &params.track.sensor, objective, assignment_inertia);
                 reason
             }
-            (None, None) => {
-                let goes_on = |duty: &&Duty| uavs.iter().any(|uav| uav.uav == duty.uav);
-                self.crew.extend(previous.crew.iter().filter(goes_on));
-                return;
-            }
+            (None, None) => return self.carry_crew_on(previous),
         };
         for group in &mut self.groups {
             group.members_when_assigned = group.members;
@@ -371,6 +365,12 @@ impl Picture {
                 self.events.push(Event { to: Some(duty.group), uav: Some(duty.uav), ..event });
             }
         }
+    }
+
+    /// Who does not search serves whom it served.
+    fn carry_crew_on(&mut self, previous: &Picture) {
+        let Self { crew, searches, .. } = self;
+        crew.extend(previous.crew.iter().filter(|duty| !is_searching(searches, duty.uav)));
     }
 
     /// Why UAVs are to be assigned anew, if they are.

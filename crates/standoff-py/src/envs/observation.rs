@@ -1,7 +1,7 @@
 //! What a policy knows of a UAV: what its team believes at that instant, as numbers of one size. Never truth.
 
 use standoff::math::TAU;
-use standoff::{Angle, TeamParams, math};
+use standoff::{Angle, Covariance, TeamParams, UavParams, math};
 use standoff_sim::record::{Frame, GroupRow, TrackRow, UavRow};
 
 /// A number of an observation.
@@ -64,10 +64,8 @@ pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observatio
     for uav in &frame.uavs {
         let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
         let of_orbit = group.map_or(ALONE, |group| of_orbit(frame, uav, group, team));
-        let change_m_s = team.uav.speed_change_max_m_s;
-        let speed = if change_m_s > 0.0 { (uav.speed_m_s - team.uav.speed_m_s) / change_m_s } else { 0.0 };
         let own = [
-            speed,
+            speed_change(uav.speed_m_s, &team.uav),
             uav.turn_rate_rad_s / team.uav.turn_rate_max_rad_s,
             f64::from(uav.boresight_rad.is_some()),
             f64::from(group.is_some()),
@@ -75,6 +73,12 @@ pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observatio
         let numbers = own.into_iter().chain(of_orbit).chain([unassigned, lost]).zip(&FEATURES);
         observations.extend(numbers.map(|(number, Feature { low, high, .. })| (number as f32).clamp(*low, *high)));
     }
+}
+
+/// A speed less the nominal one, as a share of what is allowed; 0 where nothing is.
+pub(super) fn speed_change(speed_m_s: f64, uav: &UavParams) -> f64 {
+    let change_m_s = uav.speed_change_max_m_s;
+    if change_m_s > 0.0 { (speed_m_s - uav.speed_m_s) / change_m_s } else { 0.0 }
 }
 
 /// Without a group.
@@ -91,7 +95,8 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
     let (standoff, nominal_m_s) = (&team.group.standoff, team.uav.speed_m_s);
     let standoff_distance_m = group.standoff_distance_m;
     let members = frame.tracks.iter().filter(|track| [track.group, track.to_group].contains(&uav.group));
-    let variance_m2 = members.map(|track| variance_m2(&track.covariance)).fold(0.0, f64::max);
+    let sd_m = |track: &TrackRow| Covariance::from_upper_triangle(&track.covariance).position_sd_max_m();
+    let sd_max_m = members.map(sd_m).fold(0.0, f64::max);
     let mates = || frame.uavs.iter().filter(|mate| mate.group == uav.group && mate.uav != uav.uav);
     let sense = team.guidance.sense.sign();
     let gap = |sign: f64| {
@@ -112,7 +117,7 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
         standoff_distance_m / standoff.radius_max_m,
         group.standoff_rate_m_s / nominal_m_s,
         group.spread_m / standoff.radius_max_m,
-        variance_m2.sqrt() / standoff.radius_min_m,
+        sd_max_m / standoff.radius_min_m,
         f64::from(group.members) / frame.tracks.len().max(1) as f64,
         gap(sense),
         gap(-sense),
@@ -124,12 +129,4 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
 fn turns(angle_rad: f64) -> f64 {
     let wrapped_rad = Angle::from_rad(angle_rad).rad();
     (if wrapped_rad < 0.0 { wrapped_rad + TAU } else { wrapped_rad }) / TAU
-}
-
-/// The variance of a position along its worst direction, from the upper triangle of the covariance of
-/// `[x, vx, ax, y, vy, ay]`, m2.
-fn variance_m2(covariance: &[f64; 21]) -> f64 {
-    let (xx, xy, yy) = (covariance[0], covariance[3], covariance[15]);
-    let (half_sum, half_difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    half_sum + (half_difference * half_difference + xy * xy).sqrt()
 }

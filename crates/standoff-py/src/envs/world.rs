@@ -174,7 +174,6 @@ fn command(turn_rate: f64, speed: f64, uav: &UavParams) -> Command {
 
 /// The action that asks for what a UAV is commanded.
 fn action(row: &UavRow, uav: &UavParams) -> [f64; 2] {
-    let change_m_s = uav.speed_change_max_m_s;
-    let speed = if change_m_s > 0.0 { (row.speed_command_m_s - uav.speed_m_s) / change_m_s } else { 0.0 };
+    let speed = observation::speed_change(row.speed_command_m_s, uav);
     [row.turn_rate_command_rad_s / uav.turn_rate_max_rad_s, speed].map(|part| part.clamp(-1.0, 1.0))
 }

@@ -94,10 +94,7 @@ impl Estimate {
 
     /// Standard deviation of the position in its least known direction, m.
     pub fn position_sd_max_m(&self) -> f64 {
-        let p = self.position_covariance();
-        let mean = 0.5 * (p[(0, 0)] + p[(1, 1)]);
-        let half_difference = 0.5 * (p[(0, 0)] - p[(1, 1)]);
-        (mean + (half_difference * half_difference + p[(0, 1)] * p[(0, 1)]).sqrt()).max(0.0).sqrt()
+        self.covariance.position_sd_max_m()
     }
 }
 
