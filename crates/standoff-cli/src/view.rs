@@ -112,7 +112,7 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
         // A run can be looked at without, too.
         let map = maps.of_scenario(&scenario, &note).unwrap_or_else(|failure| {
-            note(&failure.told(false).join("\n").replacen("error: ", "warning: ", 1));
+            failure.warning().iter().for_each(|warning| note(warning));
             None
         });
         let watched = Watched::flight(&scenario, false, map).ok()?;

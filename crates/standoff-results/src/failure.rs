@@ -32,6 +32,14 @@ impl Failure {
         Self::Running(error.to_string())
     }
 
+    /// The same as a warning: what was asked for is done all the same. Of scenarios and pipes there is none.
+    pub fn warning(&self) -> Option<String> {
+        match self {
+            Self::Input(message) | Self::Running(message) => Some(format!("warning: {message}")),
+            Self::Scenario(_) | Self::NobodyListens => None,
+        }
+    }
+
     /// What to tell people, piece by piece; `colours` for a terminal.
     pub fn told(&self, colours: bool) -> Vec<String> {
         match self {
