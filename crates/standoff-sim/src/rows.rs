@@ -1,7 +1,7 @@
 //! From the agents' types to the record's rows.
 
 use standoff::{
-    Angle, Detection, DissolutionReason, Duty, Event, EventKind, Known, Membership, Picture, Step, Time,
+    Angle, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture, Step, Time,
     TrackStatus as Status, UavId, UavState,
 };
 
@@ -37,7 +37,7 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
     let steering = step.diagnostics.steering.as_ref();
     UavRow {
         uav: uav.0,
-        group: step.diagnostics.group.map(|group| group.0),
+        group: step.diagnostics.group_number,
         x_m: state.position.x_m(),
         y_m: state.position.y_m(),
         heading_rad: state.heading.rad(),
@@ -72,12 +72,13 @@ pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
 fn event(event: &Event, picture: &Picture) -> EventRow {
     let is_concerned = |duty: &&Duty| Some(duty.group) == event.group || Some(duty.group) == event.to;
     let crew = || picture.crew.iter().filter(is_concerned).map(|duty| duty.uav.0).collect();
+    let number = |group: GroupId| picture.number(group);
     let mut row = EventRow {
         kind: event.kind.name().to_owned(),
         target: event.track.and_then(|track| picture.find(track)).map(|known| known.track.label.0),
         track: event.track.map(|track| track.0),
-        group: event.group.map(|group| group.0),
-        to_group: event.to.map(|group| group.0),
+        group: event.group.and_then(number),
+        to_group: event.to.and_then(number),
         uavs: event.uav.map_or_else(crew, |uav| vec![uav.0]),
         cause: event.kind.cause().map(str::to_owned),
         ..EventRow::default()
@@ -86,7 +87,7 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
     match event.kind {
         EventKind::GroupFounded { members, .. } => row.members = Some(members),
         EventKind::GroupDissolved(DissolutionReason::Merged { into, together }) => {
-            (row.into_group, row.together) = (Some(into.0), Some(together));
+            (row.into_group, row.together) = (number(into), Some(together));
         }
         EventKind::GroupDissolved(DissolutionReason::Outnumbered { together }) => row.together = Some(together),
         EventKind::HandoffRequested { dwell_s } => row.dwell_s = known(dwell_s),
@@ -113,13 +114,13 @@ pub fn picture(picture: &Picture, beliefs: &mut Beliefs) {
     // Not by extending with what is filtered: long rows would be copied once more.
     for known in picture.known() {
         if let Some(status) = live_status(known) {
-            beliefs.tracks.push(track(known, status));
+            beliefs.tracks.push(track(known, status, picture));
         }
     }
     beliefs.groups.extend(picture.groups.iter().map(|group| {
         let centre = group.centre.estimate().state;
         GroupRow {
-            group: group.id.0,
+            group: picture.number(group.id).unwrap_or_default(),
             members: group.members,
             x_m: centre.position().x_m(),
             y_m: centre.position().y_m(),
@@ -148,7 +149,8 @@ fn live_status(known: &Known) -> Option<TrackStatus> {
     }
 }
 
-fn track(known: &Known, status: TrackStatus) -> TrackRow {
+fn track(known: &Known, status: TrackStatus, picture: &Picture) -> TrackRow {
+    let number = |group: GroupId| picture.number(group);
     let estimate = known.track.estimate();
     TrackRow {
         target: known.track.label.0,
@@ -160,8 +162,8 @@ fn track(known: &Known, status: TrackStatus) -> TrackRow {
             Membership::Dwell(_) => Place::Dwell,
             Membership::Discarded => Place::Discarded,
         },
-        group: known.group().map(|group| group.0),
-        to_group: known.receiving_group().map(|group| group.0),
+        group: known.group().and_then(number),
+        to_group: known.receiving_group().and_then(number),
         state: estimate.state.0.into(),
         covariance: estimate.covariance.upper_triangle(),
     }

@@ -41,6 +41,10 @@ pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
     let [vx, vy] = draw.normals().map(|normal| normal * error.velocity_sd_m_s);
     let (position, velocity) = (target.state.position(), target.state.velocity());
     Cue {
+        searcher: 0,
+        said: now,
+        // No two of one instant are so far apart.
+        number: target.target.0 as u16,
         label: target.target.label(),
         time: now,
         position: Position::from_m(position.x_m() + x, position.y_m() + y),

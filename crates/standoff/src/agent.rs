@@ -4,22 +4,53 @@
 //! scan + teammates' scans -> tracks -> groups -> orbit -> desired heading and speed -> limited command
 //! ```
 //!
-//! Everything up to the orbit is the team's [`Picture`], which every agent computes alike; the rest is this UAV's own.
+//! Everything up to the orbit is the team's [`Picture`], which every agent computes alike from its log of what was said;
+//! the rest is this UAV's own.
+//!
+//! ```text
+//! committed      |  may still change        |  now
+//! ...  k-4  k-3  |  k-2      k-1            |  k        instants, each a row of reports and cues
+//!                   ^ a report is heard late: the pictures from here on are made again
+//! ```
+//!
+//! An instant is *committed*, and nothing more is taken in of it, once everyone who was to has reported it and spoken again,
+//! by which they have told what else was said of it and nobody holds anything that is missing; or once the horizon has
+//! passed. While words go missing, groups and duties are those of a lag ago, by when teammates have come to know the same.
+//!
+//! Whose picture counts, where two do not agree and the log does not tell: of the UAVs that are there the one whose picture
+//! began first, of equals that of lowest id. The others see by the digest in its reports that theirs is another one, and
+//! take a snapshot of it.
 
-use crate::inbox::keep_sound;
-use crate::message::{Message, Report, Scan};
-use crate::mind::{GAP_MAX, Mind};
+use crate::fold::Fold;
+use crate::history::History;
+use crate::log::repair::{Again, Repair};
+use crate::log::{Log, Peer, Presence};
+use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Stamp};
 use crate::param::ParamError;
 use crate::picture::Picture;
-use crate::step::{Observation, Step};
+use crate::pilot::Pilot;
+use crate::row::{Put, Said, keep_sound};
+use crate::snapshot::{Offer, Taken, Taking};
+use crate::step::{Observation, Refused, Step};
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
+
+/// So many seconds after a word was missing, words are taken to go missing still.
+const CALM_AFTER_S: f64 = 10.0;
+
+/// A stamp that should be ours and is not yet, for so many periods: it never will be.
+const PATIENCE: i64 = 10;
 
 /// One UAV's brain.
 ///
 /// Each instant has two halves. [`Self::observe`] takes the own state and scan in; then [`Self::outbox`] is what to say,
 /// and [`Self::hear`] takes in what teammates say. When no more is waited for, [`Self::decide`] gives the command.
+///
+/// Instants are those of the team's grid, whole periods ([`LogParams::period_s`](crate::team::LogParams)) after
+/// [`Time::START`]. What is heard late counts for its own instant all the same: all after it is worked out again. So agents
+/// that have heard the same, in whatever order, know the same, to the bit. What went missing is said again: the outbox
+/// holds that, too.
 ///
 /// ```
 /// # use standoff::*;
@@ -33,6 +64,9 @@ use crate::uav::{UavId, UavState};
 /// };
 /// // A search aircraft hands a target over; the agent turns onto an orbit about it.
 /// let cue = Message::Cue(Cue {
+///     searcher: 0,
+///     said: Time::START,
+///     number: 0,
 ///     label: TargetLabel(0),
 ///     time: Time::START,
 ///     position: Position::from_m(0.0, 0.0),
@@ -45,7 +79,7 @@ use crate::uav::{UavId, UavState};
 /// agent.hear(&observation, &cue);
 /// let step = agent.decide(&observation);
 /// assert!(step.command.turn_rate_rad_s.abs() <= 0.3);
-/// assert_eq!(step.diagnostics.group, Some(GroupId(0)));
+/// assert_eq!(step.diagnostics.group, agent.picture().groups.first().map(|group| group.id));
 /// # Ok(())
 /// # }
 /// ```
@@ -53,21 +87,57 @@ use crate::uav::{UavId, UavState};
 pub struct Agent {
     id: UavId,
     epoch: u32,
-    /// The own report of the instant at which it was last made.
+    /// Counts the instants of this epoch.
+    sequence: u32,
+    log: Log,
+    history: History,
+    repair: Repair,
+    offer: Offer,
+    taking: Taking,
+    /// Of these the first `said` are to be said.
     outbox: Vec<Message>,
-    mind: Mind,
+    said: usize,
+    /// The first instant of this agent, and the last one observed.
+    began: i64,
+    now: Option<i64>,
+    /// The own state is known, and the sensor has looked: there is a report.
+    has_spoken: bool,
+    is_leaving: bool,
+    /// The last instant of which something was missing, here or elsewhere.
+    disturbed_at: i64,
+    /// Since when whose picture counts has told of one that is not ours.
+    doubted_since: Option<i64>,
+    is_stale: bool,
 }
 
 impl Agent {
     /// An instant that comes later than this after the one before is taken for a clock that has jumped. Believed, one
     /// wrong time would be waited for until it comes, and everything known would be lost on the way there. This is the
     /// longest period that the simulator flies.
-    pub const GAP_MAX: Duration = GAP_MAX;
+    pub const GAP_MAX: Duration = Duration::from_us(10_000_000);
 
     /// An agent of a team; all that is out of range is reported at once, and so are parameters that contradict one
     /// another: the orbits' field of view must be the sensor's ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
-        Ok(Self { id, epoch: 0, outbox: Vec::new(), mind: Mind::new(params)? })
+        Ok(Self {
+            id,
+            epoch: 0,
+            sequence: 0,
+            log: Log::new(id, &params),
+            history: History::new(Fold::new(params)?),
+            repair: Repair::default(),
+            offer: Offer::default(),
+            taking: Taking::default(),
+            outbox: Vec::new(),
+            said: 0,
+            began: 0,
+            now: None,
+            has_spoken: false,
+            is_leaving: false,
+            disturbed_at: i64::MIN,
+            doubted_since: None,
+            is_stale: false,
+        })
     }
 
     /// The same agent after a restart: should it speak again at the instant at which it went down, all teammates believe
@@ -78,11 +148,17 @@ impl Agent {
     }
 
     /// Forgets all that it knows and has heard, and takes whatever time comes next: for a clock that was set, or a pause
-    /// of more than [`Self::GAP_MAX`]. The counts of the diagnostics stay. As after a restart, targets have to be cued
-    /// again.
+    /// of more than [`Self::GAP_MAX`]. The counts of the diagnostics stay. As after a restart, teammates that know more tell
+    /// it; where there are none, targets have to be cued again.
     pub fn reset(&mut self) {
-        self.mind.reset();
-        self.outbox.clear();
+        self.now = None;
+        self.said = 0;
+        self.begin(0);
+    }
+
+    /// From the next instant on nobody is to count on this UAV: it says so.
+    pub fn leave(&mut self) {
+        self.is_leaving = true;
     }
 
     /// This agent's UAV.
@@ -90,45 +166,77 @@ impl Agent {
         self.id
     }
 
-    /// What the team knows and intends, as of the last decision; an instant of which none was asked for is in it once
-    /// another is observed.
+    /// What the team knows and intends, as of the last decision. Of instants after [`Self::committed_at`] it may still
+    /// change.
     pub fn picture(&self) -> &Picture {
-        self.mind.picture()
+        self.history.head()
+    }
+
+    /// The instant up to which nothing can change any more; `None` before the first.
+    pub fn committed_at(&self) -> Option<Time> {
+        (self.history.committed >= self.history.since).then(|| self.log.time(self.history.committed))
+    }
+
+    /// What the team knew and intended at a committed instant: the newest that is kept, which is that of
+    /// [`Self::committed_at`] unless somebody has been silent for long.
+    pub fn committed(&self) -> Option<&Picture> {
+        self.committed_at().map(|_| self.history.base())
+    }
+
+    /// Who has been heard, or told of, within the horizon, by ascending UAV.
+    pub fn presence(&self) -> impl Iterator<Item = (UavId, Presence)> {
+        let now = self.now.unwrap_or_default();
+        self.log.peers().iter().map(move |peer| (peer.uav, peer.presence(now, self.log.lease())))
+    }
+
+    /// Words have gone missing of late, here or elsewhere: groups and duties are those of the decision lag ago.
+    pub fn is_disturbed(&self) -> bool {
+        self.now.is_some_and(|now| self.is_disturbed_at(now))
     }
 
     /// First half of an instant: takes in where the UAV is and what its sensor measured, both of `now`. Without a scan
     /// the UAV neither looks nor speaks.
     ///
-    /// Of an instant the first observation with a scan counts. Time that runs backward, or jumps ahead by more than
-    /// [`Self::GAP_MAX`], is refused and counted: nothing is heard or said, the command is from what was known, and the next
-    /// instant may be right again. [`Self::reset`] makes the agent follow a time that stays elsewhere.
+    /// Of an instant the first observation with a scan counts. A time that is more than a tenth of a period off the team's
+    /// grid, runs backward, or jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or said,
+    /// the command is from what was known, and the next instant may be right again. [`Self::reset`] makes the agent follow a
+    /// time that stays elsewhere.
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
-        let observation = self.mind.observe(now, self.id, own, scan.map(|scan| (self.epoch, scan)));
-        // What the own inbox has refused is not to be said.
-        if let Some(scan) = scan.filter(|_| self.mind.has_heard(&observation))
-            && !matches!(self.outbox.last(), Some(Message::Report(report)) if report.time == now)
-        {
-            self.compose(&observation, scan);
+        let Some(instant) = self.log.instant(now).filter(|instant| self.is_next(*instant)) else {
+            self.log.refused.instants = self.log.refused.instants.saturating_add(1);
+            return Observation { uav: self.id, time: now, own: *own };
+        };
+        if self.now != Some(instant) {
+            self.open(instant);
         }
-        observation
+        // Who does not know where it is has nothing to say.
+        if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_spoken) {
+            self.speak(instant, own, scan);
+        }
+        let known = self.log.row(instant).and_then(|row| row.report_of(self.id)).filter(|_| self.has_spoken);
+        Observation { uav: self.id, time: self.log.time(instant), own: known.map_or(*own, |report| report.state) }
     }
 
-    /// What to say to the teammates: the own report. Nothing of an instant that was refused or is over, without a scan, or
-    /// while the own state is not finite.
+    /// What to say to the teammates: the own report, then what they lack. Nothing of an instant that was refused or is over,
+    /// without a scan, or while the own state is not finite.
     pub fn outbox(&self, observation: &Observation) -> &[Message] {
-        let is_its = |message: &Message| matches!(message, Message::Report(report) if (report.uav, report.time) == (observation.uav, observation.time));
-        let is_said = self.mind.is_of_now(observation) && self.outbox.iter().all(is_its);
-        if is_said { &self.outbox } else { &[] }
+        if self.is_of_now(observation) { &self.outbox[..self.said] } else { &[] }
     }
 
-    /// Takes a message in. It counts if it is of the observed instant, and is refused and counted if not; order and
-    /// repetition do not matter. The own report is known already. With an observation of an instant that is over, or of
-    /// another agent's, nothing is heard.
+    /// Takes a message in, whoever says it, whatever instant it is of; what makes no sense, or comes too late, is refused and
+    /// counted ([`Diagnostics::refused`](crate::Diagnostics::refused)). Order and repetition do not matter. With an
+    /// observation of an instant that is over, or of another agent's, nothing is heard.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
-        let is_own = matches!(message, Message::Report(report) if report.uav == self.id);
-        if !is_own && observation.uav == self.id {
-            self.mind.hear(observation, message);
+        let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };
+        let committed = self.history.committed;
+        match message {
+            // What it has said since it began it knows itself.
+            Message::Report(report) if report.uav == self.id && self.is_own(report) => {}
+            Message::Report(report) => self.log.hear_report(report, now, committed),
+            Message::Cue(cue) => self.log.hear_cue(cue, now, committed),
+            Message::Snapshot(part) => self.take(part, now),
         }
+        self.is_stale = true;
     }
 
     /// Second half: the command to fly from the observed instant on, with all that was heard by now. Asked again after
@@ -136,18 +244,251 @@ impl Agent {
     ///
     /// Total: whatever comes in, the command is inside the limits.
     pub fn decide(&mut self, observation: &Observation) -> Step {
-        self.mind.decide(observation)
+        if let Some(now) = self.now.filter(|_| self.is_stale) {
+            self.history.follow(&mut self.log, now);
+            self.history.settle_on(&self.log, now, self.is_disturbed_at(now) || self.log.is_awaited(now));
+            self.is_stale = false;
+        }
+        let impossible = self.history.newest().impossible;
+        let refused = Refused { impossible: self.log.refused.impossible.saturating_add(impossible), ..self.log.refused };
+        Pilot { params: &self.history.fold.params, picture: self.history.head() }.decide(observation, refused)
     }
 
-    /// Writes the own report, in the place of one of an earlier instant.
-    fn compose(&mut self, observation: &Observation, scan: Scan) {
-        let Observation { uav, time, own: state } = *observation;
-        let (epoch, sequence, boresight) = (self.epoch, self.mind.sequence(), scan.boresight);
-        let mut detections = match self.outbox.pop() {
-            Some(Message::Report(old)) => old.detections,
-            _ => Vec::new(),
-        };
-        keep_sound(scan.detections, &mut detections);
-        self.outbox.push(Message::Report(Report { uav, epoch, sequence, time, state, boresight, detections }));
+    fn is_of_now(&self, observation: &Observation) -> bool {
+        observation.uav == self.id && self.now.is_some_and(|now| self.log.time(now) == observation.time)
     }
+
+    /// The instant it is at, or one that can follow it.
+    fn is_next(&self, instant: i64) -> bool {
+        self.now.is_none_or(|now| {
+            let ahead = instant.saturating_sub(now);
+            ahead >= 0 && ahead.saturating_mul(self.log.period.us()) <= Self::GAP_MAX.us()
+        })
+    }
+
+    /// A report of this epoch: from an instant at which this agent was there.
+    fn is_own(&self, report: &Report) -> bool {
+        self.log.instant(report.time).is_none_or(|instant| instant >= self.began)
+    }
+
+    fn is_disturbed_at(&self, now: i64) -> bool {
+        let calm_after = (CALM_AFTER_S / self.log.period.s()).ceil() as i64;
+        now.saturating_sub(self.disturbed_at) <= calm_after
+    }
+
+    fn begin(&mut self, first: i64) {
+        self.log.begin(first);
+        self.history.begin(first);
+        self.repair.reset();
+        (self.offer, self.taking) = (Offer::default(), Taking::default());
+        (self.began, self.has_spoken, self.is_stale) = (first, false, false);
+        (self.disturbed_at, self.doubted_since) = (i64::MIN, None);
+    }
+
+    /// Turns to a new instant.
+    fn open(&mut self, now: i64) {
+        match self.now {
+            None => self.begin(now),
+            Some(last) => {
+                let changed_from = self.log.changed_from;
+                // An instant of which nobody asked for a decision is part of the past all the same.
+                self.history.follow(&mut self.log, last);
+                if changed_from < last || self.log.is_awaited(last) {
+                    self.disturbed_at = last;
+                }
+                self.log.refused.impossible =
+                    self.log.refused.impossible.saturating_add(self.history.newest().impossible);
+            }
+        }
+        let needed_from = self.history.kept_from() + 1;
+        self.log.turn_to(now, needed_from);
+        self.commit(now);
+        (self.now, self.has_spoken, self.is_stale, self.said) = (Some(now), false, true, 0);
+        self.sequence = self.sequence.wrapping_add(1);
+        let params = &self.history.fold.params.log;
+        self.repair.earn(params.repair_bytes_per_s, self.log.period.s());
+    }
+
+    /// Commits what cannot change any more.
+    fn commit(&mut self, now: i64) {
+        // At first nobody knows who is there.
+        let knows_who_is_there = now - self.began > self.log.lease();
+        let mut committed = self.history.committed;
+        while knows_who_is_there && committed + 1 < now && self.log.is_complete(committed + 1) {
+            committed += 1;
+        }
+        committed = committed.max(now - 1 - self.log.horizon());
+        if committed > self.history.committed {
+            self.history.commit(committed);
+        }
+    }
+
+    /// Takes the own scan in, and composes what to say.
+    fn speak(&mut self, now: i64, own: &UavState, scan: Scan) {
+        let (uav, stamp, leaves) = (self.id, (self.epoch, self.sequence), self.is_leaving);
+        let duty = self.history.head().duty_of(uav);
+        let put = self.log.say(now, Said { uav, stamp, state: own, scan, duty, leaves });
+        self.has_spoken = put != Put::Refused;
+        self.is_stale = true;
+        if !self.has_spoken {
+            self.log.refused.count_nonsense(true);
+            return;
+        }
+        let asks = self.doubt(now);
+        let mut report = match self.outbox.first_mut() {
+            Some(Message::Report(old)) => core::mem::replace(old, Report::of(uav, Time::START, *own)),
+            _ => Report::of(uav, Time::START, *own),
+        };
+        (report.uav, report.epoch, report.sequence) = (uav, self.epoch, self.sequence);
+        (report.time, report.state, report.boresight) = (self.log.time(now), *own, scan.boresight);
+        (report.duty, report.leaves) = (duty, leaves);
+        keep_sound(scan.detections, &mut report.detections);
+        let knowledge = &mut report.knowledge;
+        knowledge.is_told = true;
+        knowledge.since = self.log.time(self.history.since);
+        knowledge.committed = self.log.time(self.history.committed);
+        knowledge.stamp = self.history.stamp(&self.log);
+        knowledge.asks = asks;
+        self.log.list(self.history.committed, knowledge);
+        match self.outbox.first_mut() {
+            Some(first) => *first = Message::Report(report),
+            None => self.outbox.push(Message::Report(report)),
+        }
+        self.said = 1;
+        self.offer_snapshot(now);
+        let (outbox, said) = (&mut self.outbox, &mut self.said);
+        let is_wanted = self.repair.say(&self.log, now, |again| {
+            let message = room(outbox, *said);
+            match (again, &mut *message) {
+                (Again::Report(report), Message::Report(old)) => old.clone_from(report),
+                (Again::Report(report), _) => *message = Message::Report(report.clone()),
+                (Again::Cue(cue), _) => *message = Message::Cue(*cue),
+            }
+            *said += 1;
+        });
+        if is_wanted {
+            self.disturbed_at = now;
+        }
+    }
+
+    /// Says parts of the picture that somebody has asked this agent for.
+    fn offer_snapshot(&mut self, now: i64) {
+        let asks_us = |peer: &&Peer| peer.tells(now, self.log.lease()) && peer.asks(self.id).is_some();
+        let Some(since) = self.log.peers().iter().any(|peer| asks_us(&peer)).then_some(self.history.since) else { return };
+        if !self.offer.is_fresh(now) {
+            let instant = self.offered_instant(now);
+            let Some(offer) = self.history.at(instant).and_then(|picture| Offer::of(picture, now)) else { return };
+            self.offer = offer;
+            self.history.commit_stamped(instant, self.offer.stamp.digest);
+        }
+        let Self { id, log, offer, outbox, said, repair, .. } = self;
+        let since = log.time(since);
+        for peer in log.peers().iter().filter(|peer| peer.tells(now, log.lease())) {
+            let Some(ask) = peer.asks(*id) else { continue };
+            let mut from = 0;
+            while let Some(index) = offer.lacking(&ask, peer.knows_at, from) {
+                if repair.is_spent() {
+                    return;
+                }
+                let slot = room(outbox, *said);
+                let mut part = match slot {
+                    Message::Snapshot(part) => core::mem::take(part),
+                    _ => SnapshotPart::default(),
+                };
+                offer.part(*id, since, index, now, &mut part);
+                *slot = Message::Snapshot(part);
+                repair.spend(slot.size_bytes());
+                *said += 1;
+                from = index + 1;
+            }
+        }
+    }
+
+    /// The instant whose picture is told to who asks: what is committed, or while somebody's silence holds that up, what is
+    /// known of the lag ago; from then on it is committed.
+    fn offered_instant(&self, now: i64) -> i64 {
+        let lag = self.history.lag();
+        if now - self.history.committed <= lag + 2 { self.history.kept_from() } else { now - 1 - lag }
+    }
+
+    /// Whose picture counts, and whether it is another one than ours: then this is what to ask.
+    fn doubt(&mut self, now: i64) -> Option<Ask> {
+        let lease = self.log.lease();
+        let (id, period) = (self.id, self.log.period);
+        let first = move |peer: &Peer| (peer.knowledge.since.us().div_euclid(period.us()), peer.uav);
+        let tells = move |peer: &&Peer| peer.uav != id && peer.tells(now, lease);
+        let counting = self.log.peers().iter().filter(tells).min_by_key(|peer| first(peer));
+        let Some(counting) = counting.filter(|peer| first(peer) < (self.history.since, self.id)) else {
+            self.doubted_since = None;
+            self.taking.reset();
+            return None;
+        };
+        let ((since, counting), stamp) = (first(counting), counting.knowledge.stamp);
+        let is_ours = since == self.history.since && self.agrees(stamp, now);
+        if is_ours {
+            self.taking.reset();
+            return None;
+        }
+        // Who does not answer may not hear us: others who follow the same picture have it, too.
+        let doubted_since = *self.doubted_since.get_or_insert(now);
+        let others = || self.log.peers().iter().filter(tells).filter(|peer| first(peer).0 == since);
+        let turn = (now - doubted_since) / (2 * lease) % others().count().max(1) as i64;
+        let asked = others().nth(turn as usize).map_or(counting, |peer| peer.uav);
+        Some(self.taking.ask(asked))
+    }
+
+    /// Another's committed picture is ours, as far as can be told by now.
+    fn agrees(&mut self, stamp: Stamp, now: i64) -> bool {
+        let instant = self.log.instant_at(stamp.time);
+        if stamp == Stamp::default() {
+            return true;
+        }
+        if instant <= self.history.committed {
+            let differs = self.history.digest_at(instant).is_some_and(|digest| digest != stamp.digest);
+            self.doubted_since = self.doubted_since.filter(|_| differs);
+            return !differs;
+        }
+        if self.history.at(instant).is_some_and(|picture| picture.digest() == stamp.digest) {
+            self.history.commit_stamped(instant, stamp.digest);
+            self.doubted_since = None;
+            return true;
+        }
+        // What is missing may still come.
+        now - *self.doubted_since.get_or_insert(now) <= PATIENCE
+    }
+
+    /// Takes in a part of another's picture; with the last one that picture takes the place of ours.
+    fn take(&mut self, part: &SnapshotPart, now: i64) {
+        match self.taking.take(part) {
+            Taken::Nothing | Taken::Part => {}
+            Taken::Nonsense => {
+                self.log.refused.count_nonsense(true);
+                self.taking.reset();
+            }
+            Taken::Whole(picture) => {
+                let (since, instant) = (self.log.instant(self.taking.since()), self.log.instant(picture.time));
+                let (Some(since), Some(instant)) = (since, instant) else {
+                    return self.log.refused.count_nonsense(true);
+                };
+                if instant >= now || instant < now - self.log.horizon() || since > instant {
+                    return self.log.refused.count_nonsense(true);
+                }
+                let digest = picture.digest();
+                self.history.take_over(since, instant, *picture);
+                self.history.commit_stamped(instant, digest);
+                self.log.reach_back(instant + 1);
+                self.log.changed_from = instant + 1;
+                (self.doubted_since, self.offer) = (None, Offer::default());
+                self.taking.reset();
+            }
+        }
+    }
+}
+
+/// The place of the message that is said next.
+fn room(outbox: &mut Vec<Message>, said: usize) -> &mut Message {
+    if outbox.len() <= said {
+        outbox.push(Message::Snapshot(SnapshotPart::default()));
+    }
+    &mut outbox[said]
 }

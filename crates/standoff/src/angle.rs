@@ -13,7 +13,7 @@ use crate::math::{self, PI, TAU};
 /// let turn = Angle::from_deg(-170.0) - Angle::from_deg(170.0);
 /// assert!((turn.deg() - 20.0).abs() < 1e-9);
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, serde::Serialize, serde::Deserialize)]
 pub struct Angle(f64);
 
 impl Angle {

@@ -15,7 +15,7 @@ use nalgebra::{Matrix2, Matrix6, Vector2};
 /// assert_eq!(p.position()[(0, 0)], 400.0);
 /// assert_eq!(Covariance::from_upper_triangle(&p.upper_triangle()), p);
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Covariance {
     /// Of east with east, and of north with north: the upper triangle of each, row by row.
     pub(crate) own: [Vector2<f64>; 6],

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
+use crate::agent::Agent;
 use crate::coordination::assignment::AssignmentLaw;
+use crate::fold::Fold;
 use crate::message::{Message, Scan};
-use crate::mind::Mind;
 use crate::param::ParamError;
 use crate::picture::Picture;
-use crate::step::{Observation, Step};
+use crate::pilot::Pilot;
+use crate::row::{Put, Row, Said};
+use crate::step::{Observation, Refused, Step};
 use crate::team::TeamParams;
-use crate::time::Time;
+use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
 /// The agents of a team in which all hear everything at once: each answers as an [`Agent`](crate::Agent) of its own
@@ -36,44 +39,123 @@ use crate::uav::{UavId, UavState};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Fleet {
-    mind: Mind,
+    fold: Fold,
+    /// The picture of the instant before this one.
+    previous: Picture,
+    /// That of this instant, once one was asked for; until then an older one, to be written over.
+    picture: Picture,
+    /// What was said of this instant.
+    row: Row,
+    /// The time since the instant before this one.
+    dt: Duration,
+    started: bool,
+    /// Something was heard that the picture does not know yet.
+    is_stale: bool,
+    /// Counts the instants.
+    sequence: u32,
+    refused: Refused,
 }
 
 impl Fleet {
     /// A team; all that is out of range is reported at once.
     pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
-        Ok(Self { mind: Mind::new(params)? })
+        Ok(Self {
+            fold: Fold::new(params)?,
+            previous: Picture::default(),
+            picture: Picture::default(),
+            row: Row::default(),
+            dt: Duration::ZERO,
+            started: false,
+            is_stale: false,
+            sequence: 0,
+            refused: Refused::default(),
+        })
     }
 
     /// The same, with an assignment law of your own in the place of (33).
     #[must_use]
-    pub fn assigned_by(self, law: Arc<dyn AssignmentLaw>) -> Self {
-        Self { mind: self.mind.assigned_by(law) }
+    pub fn assigned_by(mut self, law: Arc<dyn AssignmentLaw>) -> Self {
+        self.fold.assignment = Some(law);
+        self
     }
 
     /// First half of an instant: where a UAV is and what its sensor measured, heard by all; as
-    /// [`Agent::observe`](crate::Agent::observe).
+    /// [`Agent::observe`](crate::Agent::observe), but at any time: a fleet has no grid of instants.
+    ///
+    /// The first observation of an instant that a UAV speaks of counts. An instant that is neither new nor the last one is
+    /// refused and counted, and nothing can be heard of it.
     pub fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) -> Observation {
-        self.mind.observe(now, uav, own, scan.map(|scan| (0, scan)))
+        let gap = now - self.row.time;
+        if !self.started || gap > Duration::ZERO && gap <= Agent::GAP_MAX {
+            self.open(now);
+        } else if now != self.row.time {
+            self.refused.instants = self.refused.instants.saturating_add(1);
+            return Observation { uav, time: now, own: *own };
+        }
+        // Who does not know where it is has nothing to say.
+        if let Some(scan) = scan.filter(|_| own.is_finite() && self.row.report_of(uav).is_none()) {
+            let (stamp, duty) = ((0, self.sequence), self.previous.duty_of(uav));
+            let put = self.row.put(Said { uav, stamp, state: own, scan, duty, leaves: false });
+            self.refused.count_nonsense(put == Put::Refused);
+            self.is_stale = true;
+        }
+        let own = self.row.report_of(uav).map_or(*own, |report| report.state);
+        Observation { uav, time: now, own }
     }
 
-    /// Takes in a message from outside the fleet, heard by all; as [`Agent::hear`](crate::Agent::hear).
+    /// Takes in a message from outside the fleet, of the observed instant, heard by all; one of another instant is refused
+    /// and counted.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
-        self.mind.hear(observation, message);
+        if !self.is_of_now(observation) {
+            return;
+        }
+        let put = match message {
+            Message::Report(report) if report.time == self.row.time => self.row.put(Said::of(report)),
+            Message::Cue(cue) => self.row.put_cue(cue),
+            Message::Report(_) => Put::Refused,
+            // All know the same.
+            Message::Snapshot(_) => Put::Known,
+        };
+        self.refused.count_nonsense(matches!(put, Put::Refused | Put::Instead));
+        self.is_stale = true;
     }
 
     /// Second half, once all were observed: the command of a UAV; as [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> Step {
-        self.mind.decide(observation)
+        self.catch_up();
+        Pilot { params: &self.fold.params, picture: self.picture() }.decide(observation, self.refused)
     }
 
-    /// Forgets all that is known and was heard, as [`Agent::reset`](crate::Agent::reset).
+    /// Forgets all that is known and was heard; what was refused stays counted.
     pub fn reset(&mut self) {
-        self.mind.reset();
+        (self.previous, self.picture) = (Picture::default(), Picture::default());
+        self.row.open(Time::START);
+        (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }
 
-    /// What the team knows and intends.
+    /// What the team knows and intends: as of the last decision, or of the last instant that another one followed.
     pub fn picture(&self) -> &Picture {
-        self.mind.picture()
+        if self.picture.time == self.row.time { &self.picture } else { &self.previous }
+    }
+
+    fn is_of_now(&self, observation: &Observation) -> bool {
+        self.started && observation.time == self.row.time
+    }
+
+    fn open(&mut self, now: Time) {
+        // An instant of which nobody asked for a decision is part of the past all the same.
+        self.catch_up();
+        core::mem::swap(&mut self.previous, &mut self.picture);
+        self.dt = if self.started { now - self.row.time } else { Duration::ZERO };
+        (self.started, self.is_stale) = (true, true);
+        self.sequence = self.sequence.wrapping_add(1);
+        self.row.open(now);
+    }
+
+    fn catch_up(&mut self) {
+        if self.is_stale {
+            self.fold.follow(&self.previous, self.dt, &self.row, &mut self.picture);
+            self.is_stale = false;
+        }
     }
 }

@@ -20,7 +20,7 @@ use crate::math;
 /// assert_eq!((to_centre.x_m(), to_centre.y_m()), (-400.0, 300.0));
 /// assert_eq!(uav.distance_m(centre), 500.0);
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Position {
     x_m: f64,
     y_m: f64,
@@ -34,7 +34,7 @@ pub struct Displacement {
 }
 
 /// A velocity, metres per second east and north.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Velocity {
     x_m_s: f64,
     y_m_s: f64,

@@ -19,14 +19,19 @@ pub mod estimation;
 pub mod fleet;
 pub mod frame;
 pub mod guidance;
-mod inbox;
+mod fold;
+mod history;
+mod log;
 pub mod math;
 pub mod message;
-mod mind;
+
 pub mod param;
 pub mod picture;
+mod pilot;
+mod row;
 pub mod sensor;
 pub mod smallest_circle;
+mod snapshot;
 pub mod step;
 pub mod target;
 pub mod team;
@@ -52,15 +57,18 @@ pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedRefer
 pub use guidance::orbit_motion::{MotionParams, OrbitMotion};
 pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
 pub use guidance::vector_field::{Sense, VectorField};
-pub use message::{Cue, Detection, Message, Report, Scan, TargetLabel};
+pub use log::Presence;
+pub use message::{
+    Ask, Cue, Detection, Held, Knowledge, Message, Report, Scan, SnapshotPart, Speaker, Stamp, TargetLabel,
+};
 pub use param::{Allowed, ParamError};
 pub use picture::Picture;
 pub use sensor::{RangeBearing, SensorParams};
 pub use smallest_circle::{CircleMotion, SmallestCircle};
-pub use step::{Diagnostics, LookAt, Observation, Step};
+pub use step::{Diagnostics, LookAt, Observation, Refused, Step};
 pub use target::{TargetParams, TargetState, Transition};
 pub use team::{
-    Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search, TeamParams,
+    Aim, CentreEstimate, Discard, GroupCount, GroupParams, LogParams, Margin, Objective, OnMembershipChange, Radio, Search, TeamParams,
 };
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

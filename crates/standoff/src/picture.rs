@@ -16,16 +16,17 @@ use crate::estimation::information_filter::Contribution;
 use crate::estimation::track::{Track, TrackId, TrackStatus};
 use crate::frame::Position;
 use crate::guidance::heading::OnOrbit;
-use crate::inbox::Inbox;
-use crate::message::TargetLabel;
+use crate::message::{Report, TargetLabel};
+use crate::row::{Row, TEAM_MAX};
 use crate::sensor::{RangeBearing, SensorParams};
+use crate::snapshot;
 use crate::target::Transition;
 use crate::team::{GroupCount, GroupParams, Search, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
 /// What a team knows and intends at one instant.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Picture {
     /// The instant.
     pub time: Time,
@@ -39,14 +40,22 @@ pub struct Picture {
     /// Number of targets that are known, not lost, and in no group.
     pub unassigned: u32,
     /// What changed at this instant.
+    #[serde(skip)]
     pub events: Vec<Event>,
     /// Every UAV heard of late, ascending, and the group it serves.
     pub team: Vec<Teammate>,
     memberships: Memberships,
     /// Where each of the team is on its group's orbit; nobody is on one while there are no groups.
+    #[serde(skip)]
     on_orbit: Vec<OnOrbit>,
     had_team: bool,
     agenda: Agenda,
+    /// Who is where, or does what, has changed since the picture before.
+    #[serde(skip)]
+    pub(crate) is_rearranged: bool,
+    /// Reports of this instant that no UAV could have made: it is not where it was before.
+    #[serde(skip)]
+    pub(crate) impossible: u32,
 }
 
 /// What came in between two pictures.
@@ -54,11 +63,13 @@ pub(crate) struct News<'a> {
     /// The instant of the new picture.
     pub(crate) now: Time,
     /// What was said.
-    pub(crate) inbox: &'a Inbox,
+    pub(crate) row: &'a Row,
     /// The target model over the time between.
     pub(crate) transition: &'a Transition,
     /// Who assigns in the place of the product, if somebody does.
     pub(crate) assignment: Option<&'a dyn AssignmentLaw>,
+    /// Groups and duties stay as they were; only what is known of targets and UAVs goes on.
+    pub(crate) is_carried_on: bool,
 }
 
 /// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.
@@ -71,6 +82,8 @@ pub(crate) struct Scratch {
     /// Who was in each group before that was settled.
     before: Roster,
     settling: Room,
+    /// Which reports of the row count, by place.
+    counts: Vec<bool>,
 }
 
 impl Picture {
@@ -106,6 +119,33 @@ impl Picture {
         self.find(duty.track).map(|known| &known.track)
     }
 
+    /// What the picture is, in one number: equal for two that will be followed by equal ones.
+    pub fn digest(&self) -> u64 {
+        snapshot::digest(self)
+    }
+
+    /// Works out what is not told of a picture that came from elsewhere; `false` if it is none that could be followed: out of
+    /// order, beyond its bounds, or with numbers that are none.
+    pub(crate) fn make_whole(&mut self) -> bool {
+        self.memberships.make_whole()
+            && self.team.len() <= TEAM_MAX
+            && is_ascending(self.groups.iter().map(|group| group.id.0))
+            && self.groups.iter().map(|group| group.id).eq(self.memberships.groups().iter().copied())
+            && self.groups.iter().all(Group::is_sound)
+            && is_ascending(self.crew.iter().map(|duty| u64::from(duty.uav.0)))
+            && self.crew.iter().all(|duty| self.group(duty.group).is_some())
+            && is_ascending(self.searches.iter().map(|duty| u64::from(duty.uav.0)))
+            && self.searches.iter().all(|duty| self.find(duty.track).is_some())
+            && is_ascending(self.team.iter().map(|mate| u64::from(mate.uav.0)))
+            && self.team.iter().all(|mate| mate.state.is_finite() && mate.said.is_finite())
+    }
+
+    /// The how many'th group it is that was founded, from 0: how records and people call it, where all hear everything.
+    /// Of groups that are there, or were at the last instant.
+    pub fn number(&self, group: GroupId) -> Option<u32> {
+        self.memberships.number(group)
+    }
+
     /// The group of that id.
     pub fn group(&self, id: GroupId) -> Option<&Group> {
         self.groups.binary_search_by_key(&id, |group| group.id).ok().map(|index| &self.groups[index])
@@ -131,33 +171,45 @@ impl Picture {
         self.memberships.tracks_mut().for_each(|track| track.predict(news.transition));
         self.memberships.forget_lost(Duration::from_s(params.track.forget_lost_s));
         self.take_cues(news, params);
-        self.measure(news.inbox, &params.track.sensor, scratch);
+        self.weigh_reports(previous, news, params, &mut scratch.counts);
+        self.measure(news.row, &params.track.sensor, scratch);
         self.update_tracks(previous, news, params, scratch);
         self.start_tracks(params, scratch);
 
-        self.gather_team(previous, news);
+        self.gather_team(previous, news, params, &scratch.counts);
         scratch.before.copy(self.memberships.roster());
-        Settling {
-            now: news.now,
-            memberships: &mut self.memberships,
-            agenda: &mut self.agenda,
-            previous: &previous.groups,
-            team: &self.team,
-            params,
-            events: &mut self.events,
-            room: &mut scratch.settling,
+        if !news.is_carried_on {
+            Settling {
+                now: news.now,
+                memberships: &mut self.memberships,
+                agenda: &mut self.agenda,
+                previous: &previous.groups,
+                team: &self.team,
+                params,
+                events: &mut self.events,
+                room: &mut scratch.settling,
+            }
+            .settle();
         }
-        .settle();
         self.unassigned = self.known().iter().filter(|known| known.is_unassigned()).count() as u32;
         self.form_groups(previous, news, params, &scratch.before);
-        self.settle_searches(previous, params);
-        self.assign_crew(previous, news, params);
+        self.searches.clone_from(&previous.searches);
+        if news.is_carried_on {
+            self.crew.clear();
+            self.carry_crew_on(previous);
+        } else {
+            self.settle_searches(params);
+            self.assign_crew(previous, news, params);
+        }
         self.tell_of_uavs(previous);
         self.judge_groups(previous, params);
+        self.is_rearranged = self.crew != previous.crew
+            || self.searches != previous.searches
+            || self.memberships.roster() != previous.memberships.roster();
     }
 
     fn take_cues(&mut self, news: &News, params: &TeamParams) {
-        for cue in news.inbox.cues() {
+        for cue in news.row.cues() {
             let is_wanted = self.find_label(cue.label).is_none_or(|known| known.track.is_lost());
             let Some(track) = Track::from_cue(cue, &params.track, news.now).filter(|_| is_wanted) else { continue };
             self.memberships.start(track);
@@ -169,8 +221,8 @@ impl Picture {
     /// in the order of the UAVs; and what was measured of others.
     ///
     /// Implements the sums of Eq. (10), (11).
-    fn measure(&self, inbox: &Inbox, sensor: &SensorParams, scratch: &mut Scratch) {
-        let Scratch { measured, trackless, .. } = scratch;
+    fn measure(&self, row: &Row, sensor: &SensorParams, scratch: &mut Scratch) {
+        let Scratch { measured, trackless, counts, .. } = scratch;
         measured.clear();
         measured.resize(self.known().len(), None);
         trackless.clear();
@@ -187,7 +239,7 @@ impl Picture {
                 *measured[*place].get_or_insert_default() += contribution;
             }
         };
-        for report in inbox.reports() {
+        for report in counting(row, counts) {
             let (from, mut next) = (report.state.position, 0);
             for detection in &report.detections {
                 let id = TrackId::of(detection.label);
@@ -219,7 +271,7 @@ impl Picture {
     fn update_tracks(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &Scratch) {
         let sensor = &params.track.sensor;
         let should_be_seen = |position: Position, clearance_m: f64| {
-            news.inbox.reports().any(|report| {
+            counting(news.row, &scratch.counts).any(|report| {
                 report.boresight.is_some_and(|boresight| {
                     sensor.well_in_view(report.state.position, boresight, position, clearance_m)
                 })
@@ -273,21 +325,47 @@ impl Picture {
         }
     }
 
+    /// Which reports count: not those of a UAV that is where it could not have come to since it was heard last. If it stays
+    /// there, it is a new one once the other is forgotten.
+    fn weigh_reports(&mut self, previous: &Picture, news: &News, params: &TeamParams, counts: &mut Vec<bool>) {
+        counts.clear();
+        self.impossible = 0;
+        let mut mates = previous.team.iter().peekable();
+        for report in news.row.reports() {
+            while mates.next_if(|mate| mate.uav < report.uav).is_some() {}
+            let mate = mates.next_if(|mate| mate.uav == report.uav).filter(|mate| is_of_late(mate, news.now, params));
+            let is_possible = mate.is_none_or(|mate| {
+                let reach_m = 2.0 * params.uav.speed_max_m_s() * (news.now - mate.said_at).s() + JUMP_M;
+                report.state.position.squared_distance_m2(mate.said.position) <= reach_m * reach_m
+            });
+            self.impossible += u32::from(!is_possible);
+            counts.push(is_possible);
+        }
+    }
+
     /// The team: every UAV heard of late, and the group it served until now.
-    fn gather_team(&mut self, previous: &Picture, news: &News) {
+    fn gather_team(&mut self, previous: &Picture, news: &News, params: &TeamParams, counts: &[bool]) {
         self.team.clear();
-        self.team.extend(news.inbox.latest().iter().map(|report| {
-            let (mut state, is_heard) = (report.state, report.time == news.now);
-            if !is_heard {
-                state.position = state.position + state.velocity() * (news.now - report.time).s();
+        let mut silent = previous.team.iter().filter(|mate| is_of_late(mate, news.now, params)).peekable();
+        let mut room = TEAM_MAX - counts.iter().filter(|counts| **counts).count();
+        let mut carry_on = |mate: &Teammate, team: &mut Vec<Teammate>| {
+            if room > 0 {
+                room -= 1;
+                team.push(mate.carried_on(news.now, params.radio, previous.duty_of(mate.uav)));
             }
-            let boresight = report.boresight.filter(|_| is_heard);
-            Teammate { uav: report.uav, state, is_heard, boresight, group: previous.duty_of(report.uav) }
-        }));
+        };
+        for report in counting(news.row, counts) {
+            while let Some(mate) = silent.next_if(|mate| mate.uav < report.uav) {
+                carry_on(mate, &mut self.team);
+            }
+            silent.next_if(|mate| mate.uav == report.uav);
+            self.team.push(Teammate::heard(report, previous.duty_of(report.uav)));
+        }
+        silent.for_each(|mate| carry_on(mate, &mut self.team));
     }
 
     /// The id of the group that a UAV serves.
-    fn duty_of(&self, uav: UavId) -> Option<GroupId> {
+    pub(crate) fn duty_of(&self, uav: UavId) -> Option<GroupId> {
         self.crew.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| self.crew[index].group)
     }
 
@@ -313,8 +391,7 @@ impl Picture {
     }
 
     /// Who searches; the others serve groups.
-    fn settle_searches(&mut self, previous: &Picture, params: &TeamParams) {
-        self.searches.clone_from(&previous.searches);
+    fn settle_searches(&mut self, params: &TeamParams) {
         if params.group.search == Search::Lost {
             let (memberships, team) = (&self.memberships, &mut self.team[..]);
             Searching { memberships, team, params, duties: &mut self.searches, events: &mut self.events }.settle();
@@ -332,8 +409,10 @@ impl Picture {
         if reason.is_none() && news.assignment.is_none() {
             return self.carry_crew_on(previous);
         }
+        // What a UAV does counts, not what others have believed that it does.
+        let serves = |mate: &Teammate| mate.does.filter(|group| self.group(*group).is_some()).or(mate.group);
         let available =
-            |mate: &Teammate| AvailableUav { uav: mate.uav, position: mate.state.position, serves: mate.group };
+            |mate: &Teammate| AvailableUav { uav: mate.uav, position: mate.state.position, serves: serves(mate) };
         let at_hand = || self.team.iter().filter(|mate| !is_searching(&self.searches, mate.uav));
         let uavs: Vec<AvailableUav> = at_hand().map(available).collect();
         let positions = |id: GroupId| self.memberships.of(id).map(|place| self.known()[place].position());
@@ -445,6 +524,23 @@ impl Picture {
         }
         self.on_orbit = on_orbit;
     }
+}
+
+/// A UAV that says it has jumped by less than this, m, has: its navigation filter has found itself.
+const JUMP_M: f64 = 100.0;
+
+/// The reports of a row that count.
+fn counting<'a>(row: &'a Row, counts: &'a [bool]) -> impl Iterator<Item = &'a Report> + Clone {
+    row.reports().iter().zip(counts).filter(|(_, counts)| **counts).map(|(report, _)| report)
+}
+
+/// The UAV has been heard within the lease, and has not said that it leaves.
+fn is_of_late(mate: &Teammate, now: Time, params: &TeamParams) -> bool {
+    !mate.has_left && now - mate.said_at <= Duration::from_s(params.teammate_timeout_s)
+}
+
+fn is_ascending<T: PartialOrd>(ids: impl Iterator<Item = T>) -> bool {
+    ids.is_sorted_by(|a, b| a < b)
 }
 
 fn is_searching(searches: &[SearchDuty], uav: UavId) -> bool {

@@ -77,6 +77,8 @@ impl Step {
 pub struct Diagnostics {
     /// The group this UAV serves; `None`: it holds a circle where it is.
     pub group: Option<GroupId>,
+    /// The how many'th group that is ([`Picture::number`](crate::Picture::number)).
+    pub group_number: Option<u32>,
     /// How it steered onto the group's orbit.
     pub steering: Option<Steering>,
     /// The law asked for more speed change than the limit allows.
@@ -91,19 +93,48 @@ pub struct Diagnostics {
     pub separation_m: Option<f64>,
     /// Targets that are known, not lost, and in no group.
     pub unassigned_targets: u32,
-    /// Messages refused since the start.
-    pub refused_messages: u32,
-    /// Instants refused since the start: before the last one, or more than [`Agent::GAP_MAX`](crate::Agent::GAP_MAX)
-    /// after it. If this goes on growing though your clock is right, [`Agent::reset`](crate::Agent::reset).
-    pub refused_instants: u32,
+    /// What was refused since the start.
+    pub refused: Refused,
     /// The UAV's own state was not finite: it holds its course.
     pub own_state_invalid: bool,
+}
+
+/// What was refused since the start, counted by why.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Refused {
+    /// Own instants: off the team's grid, before the last one, or more than [`Agent::GAP_MAX`](crate::Agent::GAP_MAX) after
+    /// it. If this goes on growing though your clock is right, [`Agent::reset`](crate::Agent::reset).
+    pub instants: u32,
+    /// Messages that were heard too late to count.
+    pub late: u32,
+    /// Messages of an instant too far ahead, or of none of the team's: a clock that is wrong, theirs or the own one.
+    pub off_grid: u32,
+    /// Messages of which another one counts, or that make no sense: numbers that are none, lists beyond their bounds, parts
+    /// of a snapshot that is not what was told of it.
+    pub nonsense: u32,
+    /// Reports of UAVs that are where they could not have come to since they were heard last.
+    pub impossible: u32,
+}
+
+impl Refused {
+    /// Nothing.
+    pub const NONE: Self = Self { instants: 0, late: 0, off_grid: 0, nonsense: 0, impossible: 0 };
+
+    /// All messages.
+    pub fn messages(&self) -> u32 {
+        [self.off_grid, self.nonsense, self.impossible].into_iter().fold(self.late, u32::saturating_add)
+    }
+
+    pub(crate) fn count_nonsense(&mut self, is_nonsense: bool) {
+        self.nonsense = self.nonsense.saturating_add(u32::from(is_nonsense));
+    }
 }
 
 impl Diagnostics {
     /// Nothing to tell: no group, nothing limited, nothing refused.
     pub const NONE: Self = Self {
         group: None,
+        group_number: None,
         steering: None,
         speed_limited: false,
         turn_rate_limited: false,
@@ -111,8 +142,7 @@ impl Diagnostics {
         spacing_error_rad: 0.0,
         separation_m: None,
         unassigned_targets: 0,
-        refused_messages: 0,
-        refused_instants: 0,
+        refused: Refused::NONE,
         own_state_invalid: false,
     };
 }

@@ -23,7 +23,7 @@ use crate::time::Duration;
 /// Position, velocity and acceleration of a target, or of a group's centre.
 ///
 /// The order inside is `[x, vx, ax, y, vy, ay]`: two blocks of three, one per axis.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TargetState(pub Vector6<f64>);
 
 impl TargetState {

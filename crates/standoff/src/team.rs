@@ -30,8 +30,12 @@ pub use group_params::{
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TeamParams {
-    /// A UAV not heard for longer than this counts as lost, s; above 0, at most 60.
+    /// The lease: a UAV not heard for longer than this counts as gone, s; above 0, at most 60. Until then it keeps its duty.
     pub teammate_timeout_s: f64,
+    /// What the team counts on.
+    pub radio: Radio,
+    /// How the team keeps and repairs its log.
+    pub log: LogParams,
     /// Speeds, lags and limits of the UAVs.
     pub uav: UavParams,
     /// Sensor, target model and life of the tracks.
@@ -40,6 +44,45 @@ pub struct TeamParams {
     pub group: GroupParams,
     /// Gains of the guidance law.
     pub guidance: GuidanceParams,
+}
+
+/// What a team counts on of its radio.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Radio {
+    /// Every word is heard. Who is silent for a moment flies straight on, each group has an altitude of its own, and UAVs
+    /// of one group keep their angles from one another.
+    #[default]
+    Perfect,
+    /// Words are lost, so nothing that safety needs hangs on all knowing the same. Who is silent is carried on along its last
+    /// turn, each UAV has an altitude of its own by its id, and keeps its angle from whomever it hears near its orbit.
+    Fallible,
+}
+
+/// How a team keeps its log of what was said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogParams {
+    /// The time between two instants of the team's grid, s; 0.001 to 10. The grid begins at [`Time::START`].
+    pub period_s: f64,
+    /// What is heard later than this counts no more, s; above 0, at most 600, and of that at most 1,200 periods.
+    pub horizon_s: f64,
+    /// While words go missing, groups and duties are those of so long ago, by when most of what was missing has been heard:
+    /// so that UAVs act together, s; 0 to 10. Where nothing is missing, they are those of now.
+    pub decision_lag_s: f64,
+    /// What a UAV says again for others, snapshots included, in bytes ([`Message::size_bytes`](crate::Message::size_bytes)) a
+    /// second at most; 0 to 1,000,000.
+    pub repair_bytes_per_s: f64,
+}
+
+impl LogParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        Allowed::at_least(1e-3).at_most(10.0).check("period_s", self.period_s, &mut errors);
+        Allowed::above(0.0).at_most(600.0).check("horizon_s", self.horizon_s, &mut errors);
+        Allowed::at_least(0.0).at_most(10.0).check("decision_lag_s", self.decision_lag_s, &mut errors);
+        Allowed::at_least(0.0).at_most(1e6).check("repair_bytes_per_s", self.repair_bytes_per_s, &mut errors);
+        errors
+    }
 }
 
 impl TeamParams {
@@ -56,6 +99,8 @@ impl TeamParams {
         };
         Self {
             teammate_timeout_s: 3.0,
+            radio: Radio::Perfect,
+            log: LogParams { period_s: 0.5, horizon_s: 60.0, decision_lag_s: 2.0, repair_bytes_per_s: 1500.0 },
             uav: UavParams {
                 speed_m_s: 40.0,
                 speed_change_max_m_s: 15.0,
@@ -125,6 +170,7 @@ impl TeamParams {
     /// and orbits are planned with the sensor's own field of view.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = errors_of([
+            ("log", self.log.errors()),
             ("uav", self.uav.errors()),
             ("track", self.track.errors()),
             ("group", self.group.errors()),

@@ -12,11 +12,11 @@ use core::ops::{Add, Sub};
 /// assert_eq!((third.us(), third.s()), (1_000_000, 1.0));
 /// assert_eq!(third - Time::START, Duration::from_s(1.0));
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Time(i64);
 
 /// The time between two moments, microseconds.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Duration(i64);
 
 impl Time {

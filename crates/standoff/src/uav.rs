@@ -18,11 +18,11 @@ use crate::param::{Allowed, ParamError};
 use crate::time::Duration;
 
 /// Identifies a UAV; teams agree on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct UavId(pub u32);
 
 /// Position, heading, speed and turn rate of a UAV: the state of Eq. (1).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UavState {
     /// Position in the world frame.
     pub position: Position,

@@ -22,7 +22,7 @@ fn two_groups(id: u32, now: Time) -> Option<(Position, Velocity)> {
 /// A cue to a target at rest.
 fn cue(id: u32, time: Time, (x_m, y_m): (f64, f64), position_sd_m: f64) -> Message {
     let (label, position, velocity) = (TargetLabel(id), Position::from_m(x_m, y_m), Velocity::ZERO);
-    Message::Cue(Cue { label, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
+    Message::Cue(Cue { searcher: 0, said: time, number: label.0 as u16, label, time, position, velocity, position_sd_m, velocity_sd_m_s: 2.0 })
 }
 
 fn kinds(events: &[Event]) -> Vec<&'static str> {

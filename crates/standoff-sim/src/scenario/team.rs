@@ -1,7 +1,7 @@
 //! From a scenario's tables to the library's parameters: one line per value.
 
 use standoff::{
-    GroupParams, GuidanceParams, Lead, Margin, MotionParams, SensorParams, StandoffParams, TargetParams, TeamParams,
+    GroupParams, GuidanceParams, Lead, LogParams, Margin, MotionParams, Radio, SensorParams, StandoffParams, TargetParams, TeamParams,
     TrackParams, UavParams,
 };
 
@@ -40,6 +40,8 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
     }
     let team = TeamParams {
         teammate_timeout_s: number!("teammate_timeout_s", team.teammate_timeout_s),
+        radio: Radio::Perfect,
+        log: LogParams { period_s: file.period_s, ..TeamParams::table_1().log },
         uav: UavParams {
             speed_m_s: number!("uav.speed_m_s", uavs.speed_m_s),
             speed_change_max_m_s: number!("uav.speed_change_max_m_s", uavs.speed_change_max_m_s),

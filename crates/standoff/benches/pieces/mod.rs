@@ -31,7 +31,8 @@ pub fn field(targets: u32) -> Vec<Position> {
 
 fn cue(label: TargetLabel, position: Position) -> Cue {
     let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
-    Cue { label, time: Time::START, position, velocity, position_sd_m, velocity_sd_m_s }
+    let (searcher, said, number) = (0, Time::START, label.0 as u16);
+    Cue { searcher, said, number, label, time: said, position, velocity, position_sd_m, velocity_sd_m_s }
 }
 
 /// One target's filter: a prediction, and an update fused from two UAVs, each time from the same start.

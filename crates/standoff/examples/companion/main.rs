@@ -121,7 +121,8 @@ pub(crate) fn vehicles(now: Time) -> impl Iterator<Item = (TargetLabel, Position
 }
 
 fn cue(time: Time, (label, position, velocity): (TargetLabel, Position, Velocity)) -> Message {
-    Message::Cue(Cue { label, time, position, velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0 })
+    let (searcher, said, number) = (0, time, label.0 as u16);
+    Message::Cue(Cue { searcher, said, number, label, time, position, velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0 })
 }
 
 /// What is printed of an instant.

@@ -55,7 +55,7 @@ pub(crate) fn sound(mut duties: Vec<Duty>, uavs: &[AvailableUav], sites: &[Site<
 }
 
 /// One UAV's group.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Duty {
     /// Which UAV.
     pub uav: UavId,

@@ -19,7 +19,7 @@ use crate::team::{CentreEstimate, GroupParams, Margin, OnMembershipChange, TeamP
 use crate::time::Duration;
 
 /// A group and its orbit at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Group {
     /// Which group.
     pub id: GroupId,
@@ -72,13 +72,23 @@ struct Since {
 }
 
 /// What was reported of a group as a whole, and not taken back yet.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Alarms {
     pub(crate) infeasible: bool,
     pub(crate) close: bool,
 }
 
 impl Group {
+    /// Its numbers are such as an orbit can have.
+    pub(crate) fn is_sound(&self) -> bool {
+        let Self { spread, margin_m, standoff, smoothed, altitude_m, .. } = self;
+        let numbers = [
+            spread.distance_m, spread.rate_m_s, *margin_m, standoff.distance_m, standoff.rate_m_s, smoothed.radius_m,
+            smoothed.rate_m_s, *altitude_m,
+        ];
+        self.centre.is_sound() && numbers.iter().all(|number| number.is_finite()) && standoff.distance_m > 0.0
+    }
+
     /// Forms a group that comes into being; `None` without members.
     pub(crate) fn found(
         id: GroupId,

@@ -15,7 +15,7 @@ use crate::guidance::vector_field::{Sense, VectorField};
 use crate::time::{Duration, Time};
 
 /// A target in dwell: a group makes room for it whose UAVs may not have it in view yet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Handoff {
     /// The passing group, whose duty it still is to keep the target in view; `None`: it comes from no group.
     pub from: Option<GroupId>,

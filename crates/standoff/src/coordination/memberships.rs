@@ -8,7 +8,7 @@ use crate::frame::Position;
 use crate::time::{Duration, Time};
 
 /// A target's place in the team's work.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Membership {
     /// In no group: new, its track was lost, or nobody can cover it.
     #[default]
@@ -46,7 +46,7 @@ impl Membership {
 }
 
 /// A track and its place in the team's work.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Known {
     /// The track.
     pub track: Track,
@@ -145,13 +145,38 @@ impl Roster {
 }
 
 /// The known targets by ascending track, each with its membership; and, always up to date, who is in each group.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Memberships {
     known: Vec<Known>,
+    #[serde(skip)]
     roster: Roster,
+    /// How many groups were founded so far.
+    founded: u32,
+    /// The id that was given last.
+    last: GroupId,
+    /// Of each group that was there at the last instant or is now, by ascending id: the how many'th that was founded.
+    numbers: Vec<(GroupId, u32)>,
 }
 
 impl Memberships {
+    /// Works out who is in each group; `false`: these are no memberships that could be.
+    pub(crate) fn make_whole(&mut self) -> bool {
+        let is_sound = |known: &Known| {
+            let Known { track, membership, .. } = known;
+            let is_apart = membership.receiving_group().is_none_or(|to| membership.group() != Some(to));
+            track.is_sound() && is_apart
+        };
+        let is_whole = self.known.is_sorted_by(|a, b| a.track.id < b.track.id)
+            && self.known.iter().all(is_sound)
+            && self.numbers.is_sorted_by(|a, b| a.0 < b.0);
+        self.roster = Roster::default();
+        for place in 0..self.known.len() {
+            let membership = self.known[place].membership;
+            self.roster.change(place, &Membership::Unassigned, &membership);
+        }
+        is_whole && self.groups().iter().all(|group| self.number(*group).is_some())
+    }
+
     /// The known targets, by ascending track.
     pub(crate) fn known(&self) -> &[Known] {
         &self.known
@@ -176,10 +201,26 @@ impl Memberships {
         self.roster.of(group)
     }
 
-    /// Becomes the same as another; what it holds of it is used again.
+    /// Becomes the same as another; what it holds of it is used again. Groups that had no members there are forgotten.
     pub(crate) fn copy(&mut self, other: &Self) {
         self.known.clone_from(&other.known);
         self.roster.copy(&other.roster);
+        (self.founded, self.last) = (other.founded, other.last);
+        self.numbers.clear();
+        self.numbers.extend(other.numbers.iter().filter(|(id, _)| other.groups().binary_search(id).is_ok()));
+    }
+
+    /// The id of a group that is founded of the targets in these places.
+    pub(crate) fn new_group(&mut self, now: Time, places: impl Iterator<Item = usize>) -> GroupId {
+        self.last = GroupId::founded(now, places.map(|place| self.known[place].track.id), self.last);
+        self.numbers.push((self.last, self.founded));
+        self.founded = self.founded.saturating_add(1);
+        self.last
+    }
+
+    /// The how many'th group it is that was founded, from 0.
+    pub(crate) fn number(&self, group: GroupId) -> Option<u32> {
+        self.numbers.binary_search_by_key(&group, |(id, _)| *id).ok().map(|index| self.numbers[index].1)
     }
 
     /// The tracks, to be carried on; they keep their ids.
@@ -279,7 +320,7 @@ mod tests {
                     lost_and_forgotten += n - memberships.known().len();
                 }
                 _ if n > 0 => {
-                    let group = |id: u64| GroupId(id as u32);
+                    let group = GroupId;
                     let handoff = Handoff {
                         from: Some(group(draw(3))).filter(|_| draw(3) > 0),
                         to: group(3 + draw(2)),

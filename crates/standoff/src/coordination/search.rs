@@ -28,7 +28,7 @@ const SWING_PERIOD: Duration = Duration::from_us(16_000_000);
 const SWING_DELAY_US: i64 = 9_888_544;
 
 /// One UAV's lost target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SearchDuty {
     /// Which UAV.
     pub uav: UavId,

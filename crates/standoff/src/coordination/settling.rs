@@ -36,22 +36,12 @@ use crate::team::{CentreEstimate, Discard, GroupCount, TeamParams};
 use crate::time::{Duration, Time};
 
 /// What outlives an instant beside the memberships.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Agenda {
-    /// The id of the next group that is founded.
-    next_group: u32,
     /// When it is next asked whether UAVs could watch more elsewhere.
     next_review: Time,
     /// The group that passes all of its members to others, to end.
     winding_up: Option<GroupId>,
-}
-
-impl Agenda {
-    fn new_group(&mut self) -> GroupId {
-        let id = GroupId(self.next_group);
-        self.next_group = self.next_group.saturating_add(1);
-        id
-    }
 }
 
 /// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.

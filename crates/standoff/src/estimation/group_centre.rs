@@ -61,7 +61,7 @@ pub(crate) fn mean_position_covariance<'a>(members: impl Iterator<Item = &'a Est
 }
 
 /// The filter of a group's centre.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GroupCentre {
     filter: InformationFilter,
     /// Squared Mahalanobis distance (16) of the last centroid from its prediction, dimensionless.
@@ -102,6 +102,11 @@ impl GroupCentre {
         self.innovation_distance =
             mahalanobis_squared(measured, predicted.state.position(), &predicted.position_covariance());
         self.filter.update(&Contribution::of_position(measured, covariance));
+        self.filter.is_sound()
+    }
+
+    /// Its numbers are such as a filter keeps.
+    pub(crate) fn is_sound(&self) -> bool {
         self.filter.is_sound()
     }
 

@@ -78,7 +78,7 @@ impl core::ops::AddAssign for Contribution {
 }
 
 /// A mean and its covariance, state order `[x, vx, ax, y, vy, ay]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// Mean.
     pub state: TargetState,
@@ -129,7 +129,7 @@ const PARTS_MAX: u32 = 6;
 /// filter.update(&sum);
 /// assert!(filter.is_sound() && filter.estimate().position_sd_max_m() < before_m / 2.0);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct InformationFilter {
     estimate: Estimate,
 }

@@ -57,7 +57,7 @@ impl TrackParams {
 }
 
 /// Where a track is in its life.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum TrackStatus {
     /// Handed over, not measured yet.
     Cued,
@@ -70,7 +70,7 @@ pub enum TrackStatus {
 }
 
 /// Why a track was given up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum LossReason {
     /// Its position became too uncertain.
     Widened,
@@ -82,7 +82,7 @@ pub enum LossReason {
 
 /// The team's own name for a track. What a sensor calls the target is the track's [`label`](Track::label); with labels, ids
 /// follow them, so that all who hear the same give the same ids.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct TrackId(pub u32);
 
 impl TrackId {
@@ -93,7 +93,7 @@ impl TrackId {
 }
 
 /// A target as the team knows it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Track {
     /// Which track.
     pub id: TrackId,
@@ -109,6 +109,11 @@ pub struct Track {
 }
 
 impl Track {
+    /// Its numbers are such as a filter keeps, and it is the track of its label.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.filter.is_sound() && self.id == TrackId::of(self.label)
+    }
+
     /// Starts a track from a cue, predicted to `now`; `None` if the cue makes no sense.
     pub fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
         if !cue.is_sound() || cue.time > now {

@@ -42,7 +42,7 @@ pub struct StandoffParams {
 }
 
 /// How far the furthest member is from the centre, and how fast that grows.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Spread {
     /// d_max, m.
     #[doc(alias = "d_max")]
@@ -69,7 +69,7 @@ impl Spread {
 }
 
 /// A standoff distance and its rate.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StandoffDistance {
     /// (15) before the clamp, m.
     pub unclamped_m: f64,
@@ -117,7 +117,7 @@ impl StandoffParams {
 }
 
 /// A radius that changes.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Ramp {
     /// Radius, m.
     pub radius_m: f64,

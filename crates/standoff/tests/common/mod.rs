@@ -126,7 +126,7 @@ impl Team {
             };
             let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
             let label = TargetLabel(id);
-            inbox.push(Message::Cue(Cue { label, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
+            inbox.push(Message::Cue(Cue { searcher: 0, said: now, number: label.0 as u16, label, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
             self.cued[id as usize] = true;
         }
         let mut scans = Vec::new();

@@ -29,7 +29,8 @@ impl Settling<'_> {
             let id = match ids.iter().find(|(known, _)| known == cluster) {
                 Some((_, id)) => *id,
                 None => {
-                    let id = self.agenda.new_group();
+                    let members = clusters.iter().zip(&live).filter(|(of, _)| *of == cluster);
+                    let id = self.memberships.new_group(self.now, members.map(|(_, place)| *place));
                     ids.push((*cluster, id));
                     id
                 }
@@ -212,7 +213,7 @@ impl Settling<'_> {
 
     /// Founds a group of the targets in these places.
     fn found(&mut self, places: &[usize]) {
-        let id = self.agenda.new_group();
+        let id = self.memberships.new_group(self.now, places.iter().copied());
         for place in places {
             // Where groups are formed by need, their UAVs have yet to come: nobody is watched until then.
             match self.params.group.count {
@@ -241,8 +242,9 @@ impl Settling<'_> {
         let clusters = self.clustered(&places, 2);
         let of_second = clusters.iter().filter(|cluster| **cluster == 1).count();
         let leaves = usize::from(2 * of_second <= places.len());
-        let new = self.agenda.new_group();
-        for (place, _) in places.iter().zip(&clusters).filter(|(_, cluster)| **cluster == leaves) {
+        let leaving = places.iter().zip(&clusters).filter(|(_, cluster)| **cluster == leaves);
+        let new = self.memberships.new_group(self.now, leaving.clone().map(|(place, _)| *place));
+        for (place, _) in leaving {
             self.memberships.set(*place, Membership::Member(new));
             let event = Event::of_track(EventKind::Regrouped, self.track(*place), Some(id));
             self.events.push(Event { to: Some(new), ..event });

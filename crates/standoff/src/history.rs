@@ -1,0 +1,208 @@
+//! The pictures of the instants that may still change, and the one that cannot: what was heard late is put in its place, and
+//! all after it is worked out again.
+
+use std::collections::VecDeque;
+
+use crate::fold::Fold;
+use crate::log::Log;
+use crate::message::Stamp;
+use crate::picture::Picture;
+use crate::time::Duration;
+
+/// Of so many committed instants one is stamped; all agents stamp the same.
+const STAMP_EVERY: i64 = 8;
+
+/// So many stamps are kept: those that teammates whose log lags by the horizon tell of.
+const STAMPS_KEPT: usize = 160;
+
+/// So many instants before now each have a picture of their own; further back they thin out.
+const DENSE: i64 = 8;
+
+/// An agent's pictures.
+#[derive(Debug, Clone)]
+pub(crate) struct History {
+    pub(crate) fold: Fold,
+    /// The first instant of this history; who took another's over has that one's.
+    pub(crate) since: i64,
+    /// Nothing up to this instant can change any more.
+    pub(crate) committed: i64,
+    /// Pictures by ascending instant; the first is the newest that is kept of those committed.
+    pictures: VecDeque<(i64, Picture)>,
+    spare: Vec<Picture>,
+    /// Instants and digests of committed pictures, ascending.
+    stamps: VecDeque<(i64, u64)>,
+    lag: i64,
+    /// The instant of which groups and duties are.
+    acted: i64,
+    /// What is known now with the groups and duties of then; and room for it.
+    held_back: [Picture; 2],
+    is_held_back: bool,
+}
+
+impl History {
+    pub(crate) fn new(fold: Fold) -> Self {
+        let (lag_s, period_s) = (fold.params.log.decision_lag_s, fold.params.log.period_s);
+        let mut history = Self {
+            fold,
+            since: 0,
+            committed: -1,
+            pictures: VecDeque::new(),
+            spare: Vec::new(),
+            stamps: VecDeque::new(),
+            lag: (lag_s / period_s).round() as i64,
+            acted: -1,
+            held_back: [Picture::default(), Picture::default()],
+            is_held_back: false,
+        };
+        history.begin(0);
+        history
+    }
+
+    /// Begins with nothing before an instant.
+    pub(crate) fn begin(&mut self, first: i64) {
+        self.take_over(first, first - 1, Picture::default());
+        self.since = first;
+    }
+
+    /// Takes over what another knows as of an instant: it is committed.
+    pub(crate) fn take_over(&mut self, since: i64, instant: i64, picture: Picture) {
+        (self.since, self.committed, self.acted) = (since, instant, instant);
+        self.spare.extend(self.pictures.drain(..).map(|(_, picture)| picture));
+        self.stamps.clear();
+        self.pictures.push_back((instant, picture));
+        self.is_held_back = false;
+    }
+
+    /// The newest picture there is.
+    pub(crate) fn newest(&self) -> &Picture {
+        &self.pictures[self.pictures.len() - 1].1
+    }
+
+    /// What is decided from.
+    pub(crate) fn head(&self) -> &Picture {
+        if self.is_held_back { &self.held_back[0] } else { self.newest() }
+    }
+
+    /// The newest that is kept of the pictures that cannot change any more.
+    pub(crate) fn base(&self) -> &Picture {
+        &self.pictures[0].1
+    }
+
+    /// Its instant: rows after it are needed.
+    pub(crate) fn kept_from(&self) -> i64 {
+        self.pictures[0].0
+    }
+
+    /// In periods.
+    pub(crate) fn lag(&self) -> i64 {
+        self.lag
+    }
+
+    /// The picture of an instant, if it is kept.
+    pub(crate) fn at(&self, instant: i64) -> Option<&Picture> {
+        let place = self.pictures.binary_search_by_key(&instant, |(instant, _)| *instant).ok()?;
+        // Of the instant before the first one there is none.
+        Some(&self.pictures[place].1).filter(|_| instant >= self.since)
+    }
+
+    /// Works out the pictures up to now, from the first instant of which something new was heard.
+    pub(crate) fn follow(&mut self, log: &mut Log, now: i64) {
+        let changed = log.changed_from.max(self.pictures[0].0 + 1);
+        log.changed_from = i64::MAX;
+        while let Some((_, picture)) = self.pictures.pop_back_if(|(instant, _)| *instant >= changed) {
+            self.spare.push(picture);
+        }
+        let mut last = self.pictures[self.pictures.len() - 1].0;
+        while last < now {
+            let Some(row) = log.row(last + 1) else { break };
+            let mut next = self.spare.pop().unwrap_or_default();
+            let dt = if last < self.since { Duration::ZERO } else { log.period };
+            let (_, newest) = &self.pictures[self.pictures.len() - 1];
+            self.fold.follow(newest, dt, row, &mut next);
+            last += 1;
+            self.pictures.push_back((last, next));
+        }
+        self.thin_out(now);
+    }
+
+    /// Keeps pictures from which any instant is worked out in a few steps: the further back, the further apart.
+    fn thin_out(&mut self, now: i64) {
+        let dense = DENSE + self.lag;
+        // The first and those of late are always kept, and about as many as there are doublings between.
+        if self.pictures.len() as i64 <= dense + 2 {
+            return;
+        }
+        let is_kept = |instant: i64| {
+            let apart = ((now - instant) / dense).max(1) as u64;
+            // Stamps are taken of every eighth.
+            now - instant <= dense || instant % (apart.next_power_of_two().min(STAMP_EVERY as u64) as i64) == 0
+        };
+        let mut place = 1;
+        while place < self.pictures.len() {
+            if is_kept(self.pictures[place].0) {
+                place += 1;
+            } else if let Some((_, picture)) = self.pictures.remove(place) {
+                self.spare.push(picture);
+            }
+        }
+    }
+
+    /// Nothing up to this instant changes any more.
+    pub(crate) fn commit(&mut self, to: i64) {
+        self.committed = self.committed.max(to);
+        while self.pictures.len() > 1 && self.pictures[1].0 <= self.committed {
+            let Some((_, old)) = self.pictures.pop_front() else { break };
+            self.spare.push(old);
+            let (instant, picture) = &self.pictures[0];
+            if instant % STAMP_EVERY == 0 {
+                self.stamps.push_back((*instant, picture.digest()));
+            }
+        }
+        while self.stamps.len() > STAMPS_KEPT {
+            self.stamps.pop_front();
+        }
+    }
+
+    /// Commits the picture of an instant and stamps it.
+    pub(crate) fn commit_stamped(&mut self, instant: i64, digest: u64) {
+        self.commit(instant);
+        if self.stamps.back().is_none_or(|(last, _)| *last < instant) {
+            self.stamps.push_back((instant, digest));
+        }
+    }
+
+    /// What the picture of an instant was, if it was stamped.
+    pub(crate) fn digest_at(&self, instant: i64) -> Option<u64> {
+        self.stamps.binary_search_by_key(&instant, |(instant, _)| *instant).ok().map(|place| self.stamps[place].1)
+    }
+
+    /// The newest stamp.
+    pub(crate) fn stamp(&self, log: &Log) -> Stamp {
+        self.stamps.back().map_or(Stamp::default(), |(instant, digest)| Stamp { time: log.time(*instant), digest: *digest })
+    }
+
+    /// Settles what is decided from: groups and duties of now; or, where words go missing, those of the lag ago, by when
+    /// teammates have heard the same.
+    pub(crate) fn settle_on(&mut self, log: &Log, now: i64, is_disturbed: bool) {
+        let wanted = if is_disturbed { now - self.lag } else { now };
+        // Never back: what was acted on stays.
+        self.acted = self.acted.max(wanted).clamp(self.pictures[0].0, now);
+        let later = self.pictures.iter().rev().take_while(|(instant, _)| *instant > self.acted);
+        self.is_held_back = later.clone().any(|(_, picture)| picture.is_rearranged);
+        if !self.is_held_back {
+            return;
+        }
+        let Ok(place) = self.pictures.binary_search_by_key(&self.acted, |(instant, _)| *instant) else {
+            self.is_held_back = false;
+            return;
+        };
+        let [first, second] = &mut self.held_back;
+        first.clone_from(&self.pictures[place].1);
+        for instant in self.acted + 1..=now {
+            let Some(row) = log.row(instant) else { break };
+            let dt = if instant <= self.since { Duration::ZERO } else { log.period };
+            self.fold.carry_on(first, dt, row, second);
+            core::mem::swap(first, second);
+        }
+    }
+}

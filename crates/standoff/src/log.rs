@@ -1,0 +1,349 @@
+//! What was said, by instant, whenever it came; and who holds what of it.
+//!
+//! Instants are numbers of periods since [`Time::START`]. A report or a cue is an entry of one instant: it is kept until the
+//! horizon has passed, so that it can be said again to who lacks it.
+
+mod peer;
+pub(crate) mod repair;
+mod runs;
+
+use std::collections::VecDeque;
+
+use crate::log::runs::{Runs, first_of, last_of, number_of_cue};
+use crate::message::{Cue, Held, Knowledge, Report, Speaker};
+use crate::row::{Put, Row, Said, TEAM_MAX};
+use crate::step::Refused;
+use crate::team::TeamParams;
+use crate::time::{Duration, Time};
+use crate::uav::UavId;
+
+pub(crate) use peer::Peer;
+pub use peer::Presence;
+
+/// More runs than this in one report are not believed: gaps have a bound.
+pub(crate) const HELD_MAX: usize = 1024;
+
+/// So many instants before what is committed are still listed as held: who hears a report may have missed the one before.
+const LISTED_BEFORE: i64 = 8;
+
+/// An agent's log.
+#[derive(Debug, Clone)]
+pub(crate) struct Log {
+    pub(crate) period: Duration,
+    /// In periods, as the lease.
+    horizon: i64,
+    lease: i64,
+    own: UavId,
+    /// The instant of the first row.
+    first: i64,
+    rows: VecDeque<Row>,
+    spare: Vec<Row>,
+    /// Everyone ever heard, by ascending UAV, until the horizon has passed.
+    peers: Vec<Peer>,
+    /// What is held of each speaker, by speaker.
+    held: Vec<(Speaker, Runs)>,
+    /// The earliest instant of which something was heard since the pictures were made.
+    pub(crate) changed_from: i64,
+    pub(crate) refused: Refused,
+}
+
+impl Log {
+    pub(crate) fn new(own: UavId, params: &TeamParams) -> Self {
+        let period = Duration::from_s(params.log.period_s);
+        let periods = |s: f64| (Duration::from_s(s).us() + period.us() - 1) / period.us();
+        Self {
+            period,
+            horizon: periods(params.log.horizon_s).clamp(1, 1200),
+            lease: periods(params.teammate_timeout_s),
+            own,
+            first: 0,
+            rows: VecDeque::new(),
+            spare: Vec::new(),
+            peers: Vec::new(),
+            held: Vec::new(),
+            changed_from: i64::MAX,
+            refused: Refused::default(),
+        }
+    }
+
+    /// Forgets everything but what was refused, and begins at an instant.
+    pub(crate) fn begin(&mut self, first: i64) {
+        self.spare.extend(self.rows.drain(..));
+        self.peers.clear();
+        self.held.clear();
+        (self.first, self.changed_from) = (first, i64::MAX);
+    }
+
+    /// The instant whose stamp a time is: within a tenth of a period.
+    pub(crate) fn instant(&self, time: Time) -> Option<i64> {
+        let (us, period) = (time.us(), self.period.us());
+        let nearest = us.saturating_add(period / 2).div_euclid(period);
+        let off = us.saturating_sub(nearest.saturating_mul(period));
+        (off.abs() <= period / 10).then_some(nearest)
+    }
+
+    pub(crate) fn time(&self, instant: i64) -> Time {
+        Time::from_us(instant.saturating_mul(self.period.us()))
+    }
+
+    pub(crate) fn horizon(&self) -> i64 {
+        self.horizon
+    }
+
+    pub(crate) fn lease(&self) -> i64 {
+        self.lease
+    }
+
+    /// The row of an instant, if it is within the log.
+    pub(crate) fn row(&self, instant: i64) -> Option<&Row> {
+        self.rows.get(usize::try_from(instant - self.first).ok()?)
+    }
+
+    /// The row of an instant, made where it is not there; `None` before the first.
+    fn row_mut(&mut self, instant: i64) -> Option<&mut Row> {
+        let place = usize::try_from(instant.checked_sub(self.first)?).ok()?;
+        while self.rows.len() <= place {
+            let time = self.time(self.first + self.rows.len() as i64);
+            let mut row = self.spare.pop().unwrap_or_default();
+            row.open(time);
+            self.rows.push_back(row);
+        }
+        self.rows.get_mut(place)
+    }
+
+    /// Makes room for the present, and forgets what the horizon has passed and no picture needs.
+    pub(crate) fn turn_to(&mut self, now: i64, needed_from: i64) {
+        self.row_mut(now);
+        while self.first < (now - self.horizon).min(needed_from) {
+            if let Some(row) = self.rows.pop_front() {
+                self.spare.push(row);
+            }
+            self.first += 1;
+        }
+        let first = self.first;
+        for (speaker, runs) in &mut self.held {
+            runs.forget_before(*speaker, first);
+        }
+        self.held.retain(|(_, runs)| !runs.is_empty());
+        self.peers.retain(|peer| peer.newest >= first || peer.uav == self.own);
+    }
+
+    /// The log goes back to an instant: what was said since can still be heard. Rows that are there stay.
+    pub(crate) fn reach_back(&mut self, first: i64) {
+        while self.first > first {
+            let mut row = self.spare.pop().unwrap_or_default();
+            row.open(self.time(self.first - 1));
+            self.rows.push_front(row);
+            self.first -= 1;
+        }
+    }
+
+    /// Takes the own report in: nobody else need know how late.
+    pub(crate) fn say(&mut self, instant: i64, said: Said) -> Put {
+        self.put_report(instant, said, None)
+    }
+
+    /// Takes in what was heard at an instant `now`; `committed` cannot change any more.
+    pub(crate) fn hear_report(&mut self, report: &Report, now: i64, committed: i64) {
+        let Some(instant) = self.instant(report.time).filter(|instant| *instant <= now + self.early()) else {
+            return count(&mut self.refused.off_grid);
+        };
+        if !is_sound(&report.knowledge) {
+            return count(&mut self.refused.nonsense);
+        }
+        if instant <= committed.max(self.first - 1) {
+            // What is known already may come as often as it likes.
+            let is_known = self.holds(Speaker::Uav(report.uav), instant);
+            // Of an instant that nobody could have known this agent to need.
+            let is_old = instant < self.first;
+            if !is_known && !is_old {
+                count(&mut self.refused.late);
+            }
+            return self.learn(report, instant);
+        }
+        match self.put_report(instant, Said::of(report), Some(report)) {
+            Put::Refused => count(&mut self.refused.nonsense),
+            Put::New | Put::Known | Put::Instead => {}
+        }
+    }
+
+    fn put_report(&mut self, instant: i64, said: Said, report: Option<&Report>) -> Put {
+        let uav = said.uav;
+        if !self.has_room_for(uav) {
+            return Put::Refused;
+        }
+        let Some(row) = self.row_mut(instant) else { return Put::Refused };
+        let put = row.put(said);
+        if matches!(put, Put::New | Put::Instead) {
+            self.changed_from = self.changed_from.min(instant);
+        }
+        if put != Put::Refused {
+            self.note(Speaker::Uav(uav), instant);
+            match report {
+                Some(report) => self.learn(report, instant),
+                None => self.peer_mut(uav, instant).hear(instant, said.leaves),
+            }
+        }
+        put
+    }
+
+    /// Takes a cue in, heard at an instant `now`.
+    pub(crate) fn hear_cue(&mut self, cue: &Cue, now: i64, committed: i64) {
+        let Some(instant) = self.instant(cue.said).filter(|instant| *instant <= now + self.early()) else {
+            return count(&mut self.refused.off_grid);
+        };
+        let (speaker, number) = (Speaker::Searcher(cue.searcher), number_of_cue(instant, cue.number));
+        if instant <= committed || instant < self.first {
+            if !self.runs(speaker).is_some_and(|runs| runs.holds(number)) && instant >= self.first {
+                count(&mut self.refused.late);
+            }
+            return;
+        }
+        let Some(row) = self.row_mut(instant) else { return };
+        let put = row.put_cue(cue);
+        match put {
+            Put::Refused => return count(&mut self.refused.nonsense),
+            Put::Known => return,
+            Put::New | Put::Instead => {}
+        }
+        self.changed_from = self.changed_from.min(instant);
+        self.note(speaker, number);
+    }
+
+    /// How many periods ahead of the own time something may be: clocks differ, and a message may come before its instant is
+    /// observed.
+    fn early(&self) -> i64 {
+        self.lease
+    }
+
+    fn has_room_for(&self, uav: UavId) -> bool {
+        self.peers.len() < TEAM_MAX || self.peer(uav).is_some()
+    }
+
+    fn peer(&self, uav: UavId) -> Option<&Peer> {
+        self.peers.binary_search_by_key(&uav, |peer| peer.uav).ok().map(|index| &self.peers[index])
+    }
+
+    fn peer_mut(&mut self, uav: UavId, instant: i64) -> &mut Peer {
+        let index = match self.peers.binary_search_by_key(&uav, |peer| peer.uav) {
+            Ok(index) => index,
+            Err(index) => {
+                self.peers.insert(index, Peer::new(uav, instant));
+                index
+            }
+        };
+        &mut self.peers[index]
+    }
+
+    /// What a speaker has heard, by the newest report of it that says so.
+    fn learn(&mut self, report: &Report, instant: i64) {
+        if !self.has_room_for(report.uav) {
+            return;
+        }
+        let is_own = report.uav == self.own;
+        let peer = self.peer_mut(report.uav, instant);
+        peer.hear(instant, report.leaves);
+        if is_own || !report.knowledge.is_told || instant <= peer.knows_at {
+            return;
+        }
+        peer.knows_at = instant;
+        peer.knowledge.clone_from(&report.knowledge);
+        // Whom others have heard is there, too.
+        for run in &report.knowledge.held {
+            if let Speaker::Uav(uav) = run.speaker
+                && run.from >= self.first
+                && run.to <= instant
+                && self.has_room_for(uav)
+            {
+                let peer = self.peer_mut(uav, run.from);
+                peer.spoke(run.from);
+                peer.spoke(run.to);
+            }
+        }
+    }
+
+    fn note(&mut self, speaker: Speaker, number: i64) {
+        let index = match self.held.binary_search_by_key(&speaker, |(speaker, _)| *speaker) {
+            Ok(index) => index,
+            Err(index) => {
+                self.held.insert(index, (speaker, Runs::default()));
+                index
+            }
+        };
+        self.held[index].1.add(number);
+    }
+
+    fn runs(&self, speaker: Speaker) -> Option<&Runs> {
+        self.held.binary_search_by_key(&speaker, |(speaker, _)| *speaker).ok().map(|index| &self.held[index].1)
+    }
+
+    fn holds(&self, speaker: Speaker, number: i64) -> bool {
+        self.runs(speaker).is_some_and(|runs| runs.holds(number))
+    }
+}
+
+impl Log {
+    /// Everyone ever heard of, until the horizon has passed, by ascending UAV; the own one, too.
+    pub(crate) fn peers(&self) -> &[Peer] {
+        &self.peers
+    }
+
+    /// All is known of an instant that can be known: everyone who was to has reported it and has spoken again since, by
+    /// which they have told what else they have heard of it; and none of that is missing here.
+    pub(crate) fn is_complete(&self, instant: i64) -> bool {
+        let Some(row) = self.row(instant) else { return false };
+        self.peers.iter().filter(|peer| peer.is_due(instant)).all(|peer| {
+            let speaks_on = peer.left_at == Some(instant) || peer.newest > instant;
+            let has_told = peer.uav == self.own
+                || peer.left_at.is_some()
+                || peer.knows_at > instant && self.instant_at(peer.knowledge.listed_after) < instant;
+            row.report_of(peer.uav).is_some() && speaks_on && has_told && !self.lacks_of(peer, (instant, instant))
+        })
+    }
+
+    /// Something is missing here that a peer holds, of these instants.
+    fn lacks_of(&self, peer: &Peer, (from, to): (i64, i64)) -> bool {
+        peer.knowledge.held.iter().any(|run| {
+            let from = run.from.max(first_of(run.speaker, from));
+            let to = run.to.min(last_of(run.speaker, to));
+            from <= to && !self.runs(run.speaker).is_some_and(|runs| runs.cover(from, to))
+        })
+    }
+
+    /// Of somebody who is there, this instant has not been reported.
+    pub(crate) fn is_awaited(&self, instant: i64) -> bool {
+        let Some(row) = self.row(instant) else { return false };
+        let is_there = |peer: &&Peer| peer.is_due(instant) && instant - peer.newest <= self.lease;
+        self.peers.iter().filter(is_there).any(|peer| row.report_of(peer.uav).is_none())
+    }
+
+    /// What this agent holds, told in the next report.
+    pub(crate) fn list(&self, committed: i64, knowledge: &mut Knowledge) {
+        let after = (committed - LISTED_BEFORE).max(self.first - 1);
+        knowledge.listed_after = self.time(after);
+        knowledge.held.clear();
+        for (speaker, runs) in &self.held {
+            let from = first_of(*speaker, after + 1);
+            let held = runs.runs().iter().filter(|run| run.1 >= from);
+            let held = held.map(|run| Held { speaker: *speaker, from: run.0.max(from), to: run.1 });
+            knowledge.held.extend(held.take(HELD_MAX - knowledge.held.len()));
+        }
+    }
+
+    /// The instant of a time that may be wrong.
+    pub(crate) fn instant_at(&self, time: Time) -> i64 {
+        time.us().div_euclid(self.period.us())
+    }
+}
+
+fn count(what: &mut u32) {
+    *what = what.saturating_add(1);
+}
+
+/// Within its bounds, and in order.
+fn is_sound(knowledge: &Knowledge) -> bool {
+    let Knowledge { held, .. } = knowledge;
+    held.len() <= HELD_MAX
+        && held.iter().all(|run| run.from <= run.to)
+        && held.is_sorted_by(|a, b| a.speaker < b.speaker || a.speaker == b.speaker && a.to < b.from)
+}

@@ -1,0 +1,87 @@
+//! Who is there, and what each has heard.
+
+use crate::message::{Ask, Held, Knowledge, Speaker};
+use crate::uav::UavId;
+
+/// Whether a teammate is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Presence {
+    /// Heard of this instant or the last one.
+    Live,
+    /// Not heard for a moment: it keeps its duty, and is carried on from where it was.
+    Silent,
+    /// Not heard for longer than the lease: the team goes on without it.
+    Gone,
+    /// It has said that it leaves.
+    Left,
+}
+
+/// A UAV that was heard, or that others have heard.
+#[derive(Debug, Clone)]
+pub(crate) struct Peer {
+    pub(crate) uav: UavId,
+    /// The first instant of which it is known to have spoken, and the last.
+    pub(crate) first: i64,
+    pub(crate) newest: i64,
+    /// When it said that it leaves.
+    pub(crate) left_at: Option<i64>,
+    /// The instant of the report from which `knowledge` is.
+    pub(crate) knows_at: i64,
+    pub(crate) knowledge: Knowledge,
+}
+
+impl Peer {
+    pub(crate) fn new(uav: UavId, instant: i64) -> Self {
+        let (first, newest, knows_at) = (instant, instant, i64::MIN);
+        Self { uav, first, newest, left_at: None, knows_at, knowledge: Knowledge::default() }
+    }
+
+    /// It has spoken of an instant.
+    pub(crate) fn spoke(&mut self, instant: i64) {
+        self.first = self.first.min(instant);
+        self.newest = self.newest.max(instant);
+    }
+
+    /// Its report of an instant was heard.
+    pub(crate) fn hear(&mut self, instant: i64, leaves: bool) {
+        self.spoke(instant);
+        match self.left_at {
+            None if leaves => self.left_at = Some(instant),
+            // It is back.
+            Some(left_at) if instant > left_at && !leaves => self.left_at = None,
+            _ => {}
+        }
+    }
+
+    /// It is to report an instant.
+    pub(crate) fn is_due(&self, instant: i64) -> bool {
+        self.first <= instant && self.left_at.is_none_or(|left_at| instant <= left_at)
+    }
+
+    pub(crate) fn presence(&self, now: i64, lease: i64) -> Presence {
+        match now - self.newest {
+            _ if self.left_at.is_some() => Presence::Left,
+            ..=1 => Presence::Live,
+            ago if ago <= lease => Presence::Silent,
+            _ => Presence::Gone,
+        }
+    }
+
+    /// It is there, or was a moment ago, and has told what it knows.
+    pub(crate) fn tells(&self, now: i64, lease: i64) -> bool {
+        self.left_at.is_none() && now.saturating_sub(self.knows_at) <= lease
+    }
+
+    /// What it asks of a UAV.
+    pub(crate) fn asks(&self, of: UavId) -> Option<Ask> {
+        self.knowledge.asks.filter(|ask| ask.of == of)
+    }
+
+    /// What it has told to hold of a speaker.
+    pub(crate) fn held(&self, speaker: Speaker) -> &[Held] {
+        let held = &self.knowledge.held[..];
+        let start = held.partition_point(|run| run.speaker < speaker);
+        let length = held[start..].partition_point(|run| run.speaker == speaker);
+        &held[start..start + length]
+    }
+}

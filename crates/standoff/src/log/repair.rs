@@ -1,0 +1,148 @@
+//! What is said again, and to whom it is left.
+//!
+//! A report tells what its sender held when it spoke. What it lacked then is said again: by whose entry it is, if that one
+//! is there and heard; else by those who hold it in turn. Nothing is said again before an answer can have come, and no more
+//! than the budget allows; the newest first, since that is what steers.
+
+use crate::log::peer::Peer;
+use crate::log::runs::{first_of, instant_of, last_of};
+use crate::log::Log;
+use crate::message::{Cue, Message, Report, Speaker};
+
+/// After so many periods whoever holds an entry says it: the one whose turn it was is not heard.
+const OTHERS_AFTER: i64 = 4;
+
+/// An entry that was said again, and when.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Sent {
+    speaker: Speaker,
+    number: i64,
+    at: i64,
+}
+
+/// What an agent says again.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Repair {
+    /// By speaker and number.
+    sent: Vec<Sent>,
+    /// Instant, speaker and number of what is missing somewhere.
+    wanted: Vec<(i64, Speaker, i64)>,
+    /// What may be sent, bytes; below 0, what was sent in advance.
+    budget_bytes: f64,
+}
+
+impl Repair {
+    /// Another period has begun.
+    pub(crate) fn earn(&mut self, bytes_per_s: f64, period_s: f64) {
+        // A second's worth at most is saved, or a period's where that is longer.
+        let most = bytes_per_s * period_s.max(1.0);
+        self.budget_bytes = (self.budget_bytes + bytes_per_s * period_s).min(most);
+    }
+
+    pub(crate) fn spend(&mut self, bytes: usize) {
+        self.budget_bytes -= bytes as f64;
+    }
+
+    pub(crate) fn is_spent(&self) -> bool {
+        self.budget_bytes <= 0.0
+    }
+
+    /// Forgets what was said, not what may be.
+    pub(crate) fn reset(&mut self) {
+        self.sent.clear();
+    }
+
+    /// Says what others lack, at an instant.
+    pub(crate) fn say(&mut self, log: &Log, now: i64, mut tell: impl FnMut(Again)) -> bool {
+        self.sent.retain(|sent| now - sent.at <= log.lease());
+        self.wanted.clear();
+        let tells = |peer: &&Peer| peer.uav != log.own && peer.tells(now, log.lease());
+        for peer in log.peers.iter().filter(tells) {
+            let committed = log.instant_at(peer.knowledge.committed);
+            let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1);
+            for (speaker, runs) in log.held.iter().filter(|(speaker, _)| *speaker != Speaker::Uav(peer.uav)) {
+                let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
+                runs.without(peer.held(*speaker), (first, last), |number| {
+                    let entry = (instant_of(*speaker, number), *speaker, number);
+                    // One that was said again may be on its way, or was lost: the next report tells.
+                    let sent = self.sent.iter().find(|sent| (sent.speaker, sent.number) == (*speaker, number));
+                    let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at);
+                    if is_answered && self.wanted.len() < WANTED_MAX && log.is_mine_to_say(entry, peer, now) {
+                        self.wanted.push(entry);
+                    }
+                });
+            }
+        }
+        let is_wanted = !self.wanted.is_empty();
+        self.wanted.sort_unstable_by(|a, b| b.cmp(a));
+        self.wanted.dedup();
+        for place in 0..self.wanted.len() {
+            let (instant, speaker, number) = self.wanted[place];
+            if self.is_spent() {
+                break;
+            }
+            let Some(row) = log.row(instant) else { continue };
+            let said = match speaker {
+                Speaker::Uav(uav) => row.report_of(uav).map(Again::Report),
+                Speaker::Searcher(searcher) => {
+                    let is_it = |cue: &&Cue| cue.searcher == searcher && i64::from(cue.number) == number & 0xFFFF;
+                    row.cues().iter().find(is_it).map(Again::Cue)
+                }
+            };
+            let Some(said) = said else { continue };
+            self.spend(said.size_bytes());
+            self.sent.retain(|sent| (sent.speaker, sent.number) != (speaker, number));
+            self.sent.push(Sent { speaker, number, at: now });
+            tell(said);
+        }
+        is_wanted
+    }
+}
+
+/// No more than so many entries are looked at in a period: a hostile list asks for all there are.
+const WANTED_MAX: usize = 4096;
+
+/// An entry that is said again.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Again<'a> {
+    Report(&'a Report),
+    Cue(&'a Cue),
+}
+
+impl Again<'_> {
+    fn size_bytes(self) -> usize {
+        match self {
+            // What its speaker has told of itself is not told again.
+            Self::Report(report) => Message::report_size_bytes(report, false),
+            Self::Cue(_) => Message::CUE_SIZE_BYTES,
+        }
+    }
+}
+
+impl Log {
+    /// Whether this agent is the one to say an entry again that a peer lacks.
+    fn is_mine_to_say(&self, (instant, speaker, number): (i64, Speaker, i64), peer: &Peer, now: i64) -> bool {
+        let own = Speaker::Uav(self.own);
+        if speaker == own {
+            return true;
+        }
+        let is_there = |other: &&Peer| other.uav == self.own || other.tells(now, 2);
+        if let Speaker::Uav(uav) = speaker {
+            // Whose it is says it, if that one is there and the peer hears it.
+            let is_heard = peer.held(speaker).last().is_some_and(|run| run.to >= peer.knows_at - OTHERS_AFTER);
+            let is_its = is_heard && self.peers.iter().filter(is_there).any(|other| other.uav == uav);
+            if is_its && now - instant <= OTHERS_AFTER {
+                return false;
+            }
+        }
+        // Those who hold it take turns.
+        let holds = |other: &&Peer| {
+            other.uav == self.own
+                || self.instant_at(other.knowledge.committed) >= instant
+                || other.held(speaker).iter().any(|run| run.from <= number && number <= run.to)
+        };
+        let holders = || self.peers.iter().filter(is_there).filter(holds).filter(|other| other.uav != peer.uav);
+        let turn = (now + number).rem_euclid(holders().count().max(1) as i64);
+        holders().nth(turn as usize).is_none_or(|other| other.uav == self.own)
+    }
+}

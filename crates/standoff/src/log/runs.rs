@@ -1,0 +1,132 @@
+//! Which entries of one speaker are held.
+
+use crate::message::{Held, Speaker};
+
+/// Numbers as runs without a gap, ascending and apart.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Runs(Vec<(i64, i64)>);
+
+impl Runs {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+
+    /// The first and the last of each run.
+    pub(crate) fn runs(&self) -> &[(i64, i64)] {
+        &self.0
+    }
+
+    pub(crate) fn holds(&self, number: i64) -> bool {
+        self.cover(number, number)
+    }
+
+    /// All from one number to another are held.
+    pub(crate) fn cover(&self, from: i64, to: i64) -> bool {
+        let index = self.0.partition_point(|run| run.1 < from);
+        self.0.get(index).is_some_and(|run| run.0 <= from && to <= run.1)
+    }
+
+    pub(crate) fn add(&mut self, number: i64) {
+        let index = self.0.partition_point(|run| run.1 < number);
+        if self.0.get(index).is_some_and(|run| run.0 <= number) {
+            return;
+        }
+        let joins_last = index > 0 && self.0[index - 1].1 + 1 == number;
+        let joins_next = self.0.get(index).is_some_and(|run| run.0 - 1 == number);
+        match (joins_last, joins_next) {
+            (true, true) => {
+                self.0[index - 1].1 = self.0[index].1;
+                self.0.remove(index);
+            }
+            (true, false) => self.0[index - 1].1 = number,
+            (false, true) => self.0[index].0 = number,
+            (false, false) => self.0.insert(index, (number, number)),
+        }
+    }
+
+    /// Entries of instants before this one are held no more.
+    pub(crate) fn forget_before(&mut self, speaker: Speaker, instant: i64) {
+        let first = first_of(speaker, instant);
+        if self.0.first().is_some_and(|run| run.0 < first) {
+            self.0.retain(|run| run.1 >= first);
+            if let Some(run) = self.0.first_mut() {
+                run.0 = run.0.max(first);
+            }
+        }
+    }
+
+    /// What of these is held and not in `others`, which are ascending and apart.
+    pub(crate) fn without(&self, others: &[Held], (from, to): (i64, i64), mut tell: impl FnMut(i64)) {
+        let start = self.0.partition_point(|run| run.1 < from);
+        for run in self.0[start..].iter().take_while(|run| run.0 <= to) {
+            let mut next = run.0.max(from);
+            let last = run.1.min(to);
+            let skipped = others.partition_point(|other| other.to < next);
+            for other in others[skipped..].iter().take_while(|other| other.from <= last) {
+                (next..other.from).for_each(&mut tell);
+                next = other.to + 1;
+            }
+            (next..=last).for_each(&mut tell);
+        }
+    }
+}
+
+/// The lowest number that an entry of an instant can have.
+pub(crate) fn first_of(speaker: Speaker, instant: i64) -> i64 {
+    match speaker {
+        Speaker::Uav(_) => instant,
+        Speaker::Searcher(_) => number_of_cue(instant, 0),
+    }
+}
+
+/// The highest.
+pub(crate) fn last_of(speaker: Speaker, instant: i64) -> i64 {
+    match speaker {
+        Speaker::Uav(_) => instant,
+        Speaker::Searcher(_) => number_of_cue(instant, u16::MAX),
+    }
+}
+
+/// The number of a cue among its searcher's.
+pub(crate) fn number_of_cue(instant: i64, number: u16) -> i64 {
+    instant.saturating_mul(1 << 16).saturating_add(i64::from(number))
+}
+
+/// The instant of an entry.
+pub(crate) fn instant_of(speaker: Speaker, number: i64) -> i64 {
+    match speaker {
+        Speaker::Uav(_) => number,
+        Speaker::Searcher(_) => number >> 16,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn runs_are_a_set_of_numbers(numbers in proptest::collection::vec(0i64..60, 0..80), other in proptest::collection::vec(0i64..60, 0..80), before in 0i64..60) {
+            let (mut runs, mut others) = (Runs::default(), Runs::default());
+            numbers.iter().for_each(|number| runs.add(*number));
+            other.iter().for_each(|number| others.add(*number));
+            let (mut set, other): (BTreeSet<i64>, BTreeSet<i64>) = (numbers.into_iter().collect(), other.into_iter().collect());
+            let uav = Speaker::Uav(crate::uav::UavId(0));
+            runs.forget_before(uav, before);
+            set.retain(|number| *number >= before);
+            prop_assert!((0..60).all(|number| runs.holds(number) == set.contains(&number)));
+            prop_assert!(runs.runs().windows(2).all(|pair| pair[0].1 + 1 < pair[1].0));
+            prop_assert_eq!(runs.last(), set.last().copied());
+            let mut told = Vec::new();
+            let held: Vec<Held> = others.runs().iter().map(|(from, to)| Held { speaker: uav, from: *from, to: *to }).collect();
+            runs.without(&held, (10, 50), |number| told.push(number));
+            let expected: Vec<i64> = set.difference(&other).copied().filter(|number| (10..=50).contains(number)).collect();
+            prop_assert_eq!(told, expected);
+        }
+    }
+}
