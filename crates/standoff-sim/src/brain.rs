@@ -16,7 +16,11 @@ use crate::scenario::Minds;
 /// Nothing in it lives as long as a scenario or a mission: what comes in is borrowed for the call, what goes out is owned, or
 /// the brain's to lend.
 pub trait Brain {
-    /// A UAV at an instant: where it believes itself to be, and what its sensor measured; `None`: it is out, and neither
+    /// A UAV's computer has been off and is on again: what it knew is gone, and an `epoch` begins, higher than those before.
+    /// While it is off nothing is asked of the UAV, and nothing told to it.
+    fn restart(&mut self, _uav: UavId, _epoch: u32) {}
+
+    /// A UAV at an instant, which is what its clock reads: where it believes itself to be, and what its sensor measured; `None`: it is out, and neither
     /// looks nor speaks, but hears.
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>);
 
@@ -26,8 +30,8 @@ pub trait Brain {
         &[]
     }
 
-    /// A UAV hears a message of the instant that it observed last: teammates' reports by ascending UAV, then the cues of
-    /// targets that have just appeared.
+    /// A UAV hears a message, of the instant that it observed last if the radio is perfect: teammates' reports by ascending
+    /// UAV, then the cues of targets that have just appeared.
     fn hear(&mut self, uav: UavId, message: &Message);
 
     /// What a UAV is to do until the next instant. A command outside the limits is flown at the limit, one without a number
@@ -44,6 +48,10 @@ pub trait Brain {
 }
 
 impl<B: Brain + ?Sized> Brain for Box<B> {
+    fn restart(&mut self, uav: UavId, epoch: u32) {
+        (**self).restart(uav, epoch);
+    }
+
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         (**self).observe(now, uav, own, scan);
     }
@@ -75,7 +83,8 @@ pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Br
         Minds::One => Box::new(One { fleet: Fleet::new(team)?, observed: Vec::new() }),
         Minds::Each => {
             let agents = (0..).map(UavId).take(uavs).map(|uav| Agent::new(uav, team));
-            Box::new(Each { agents: agents.collect::<Result<_, _>>()?, observed: Vec::new() })
+            let agents = agents.collect::<Result<_, _>>()?;
+            Box::new(Each { team, agents, observed: Vec::new(), recorded: UavId(0), is_decided: true })
         }
     })
 }
@@ -130,14 +139,30 @@ impl Brain for One {
     }
 }
 
-/// A mind for each UAV, by id. With a perfect radio all have the same picture, so the first one's is recorded.
+/// A mind for each UAV, by id. With a perfect radio all have the same picture; that of the first whose computer is on is
+/// recorded.
 struct Each {
+    team: TeamParams,
     agents: Vec<Agent>,
     observed: Observed,
+    /// The first that observed this instant.
+    recorded: UavId,
+    /// Whoever observes next observes another one.
+    is_decided: bool,
 }
 
 impl Brain for Each {
+    fn restart(&mut self, uav: UavId, epoch: u32) {
+        // What these parameters are was taken when the first one was made.
+        if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
+            *agent = new.with_epoch(epoch);
+        }
+    }
+
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        if std::mem::take(&mut self.is_decided) {
+            self.recorded = uav;
+        }
         if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
             keep(&mut self.observed, agent.observe(now, own, scan));
         }
@@ -154,6 +179,7 @@ impl Brain for Each {
     }
 
     fn decide(&mut self, uav: UavId) -> Step {
+        self.is_decided = true;
         last(&self.observed, uav).map_or(IDLE, |observation| self.agents[uav.0 as usize].decide(observation))
     }
 
@@ -162,8 +188,8 @@ impl Brain for Each {
     }
 
     fn report(&self, beliefs: &mut Beliefs) {
-        if let Some(first) = self.agents.first() {
-            rows::picture(first.picture(), beliefs);
+        if let Some(agent) = self.agents.get(self.recorded.0 as usize) {
+            rows::picture(agent.picture(), beliefs);
         }
     }
 }

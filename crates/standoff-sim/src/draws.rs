@@ -24,6 +24,12 @@ pub enum Stream {
     Cue = 4,
     /// Seeds of the runs that follow a first one.
     Episode = 5,
+    /// Whether a message is lost.
+    RadioLoss = 6,
+    /// How late it is.
+    RadioDelay = 7,
+    /// Whether it is heard twice.
+    RadioDuplicate = 8,
 }
 
 /// All randomness of a run.

@@ -1,10 +1,11 @@
 //! Simulator of standoff tracking: a scenario goes in, a record comes out; scores are computed from the record alone.
 //!
 //! ```text
-//! scenario -> mission (world, sensors, perfect radio, agents) -> frames -> record -> score
+//! scenario -> mission (world, sensors, radio, agents) -> frames -> record -> score
 //! ```
 
 pub mod brain;
+mod computer;
 pub mod disk;
 pub mod draws;
 mod frame;
@@ -13,6 +14,7 @@ mod fuzz;
 pub mod geometry;
 mod input;
 pub mod monte_carlo;
+pub mod radio;
 pub mod record;
 mod rows;
 pub mod run;

@@ -1,16 +1,19 @@
 //! One mission: world, sensors, radio, brain, commands, tick by tick; what happens goes out as frames.
 //!
 //! ```text
-//! truth -> scans (each along the boresight its UAV asked for) -> brain <-> radio, heard by all -> commands -> truth
+//! truth -> scans (each along the boresight its UAV asked for) -> brain <-> radio -> commands -> truth
 //! ```
 
 use standoff::{
-    Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Time, UavId, UavState, Velocity,
+    Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Step, TeamParams, Time, UavId,
+    UavState, Velocity,
 };
 
 use crate::brain::{self, Beliefs, Brain};
+use crate::computer::Computer;
 use crate::draws::Draws;
 use crate::frame::{Frame, Reported};
+use crate::radio::{Radio, Sent, Station};
 use crate::rows;
 use crate::scenario::{Outage, Scenario, Settings};
 use crate::score::{Choice, Metrics, Rules, Scorer};
@@ -83,35 +86,14 @@ struct Uav {
     /// Where its brain believes it to be: navigation is perfect.
     belief: UavState,
     look_at: Option<LookAt>,
+    /// It neither sees nor speaks.
     is_out: bool,
+    computer: Computer,
+    /// Its computer is off.
+    is_off: bool,
     boresight: Option<Angle>,
     detections: Vec<Detection>,
     command: Command,
-}
-
-/// What was said at an instant, in room that lives on.
-#[derive(Default)]
-struct Radio {
-    /// Of these the first `said` count.
-    messages: Vec<(UavId, Message)>,
-    said: usize,
-}
-
-impl Radio {
-    fn say(&mut self, from: UavId, message: &Message) {
-        match self.messages.get_mut(self.said) {
-            Some((speaker, old)) => {
-                *speaker = from;
-                old.clone_from(message);
-            }
-            None => self.messages.push((from, message.clone())),
-        }
-        self.said += 1;
-    }
-
-    fn heard(&self) -> &[(UavId, Message)] {
-        &self.messages[..self.said]
-    }
 }
 
 impl Mission {
@@ -137,6 +119,8 @@ impl<B: Brain> Mission<B> {
             belief: *state,
             look_at: None,
             is_out: false,
+            computer: Computer::new(UavId(id), scenario),
+            is_off: false,
             boresight: None,
             detections: Vec::new(),
             command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
@@ -149,7 +133,7 @@ impl<B: Brain> Mission<B> {
             response: settings.team.uav.response(settings.period),
             brain,
             is_foreign: true,
-            radio: Radio::default(),
+            radio: Radio::new(scenario),
             cued: Vec::new(),
             tick: 0,
             stage: Stage::Ahead,
@@ -241,6 +225,11 @@ impl<B: Brain> Mission<B> {
         Some(&self.frame)
     }
 
+    /// What each UAV has sent at the instant that was observed last, by id.
+    pub fn sent(&self) -> &[Sent] {
+        self.radio.sent()
+    }
+
     /// The instant that is played next, or is observed.
     pub fn now(&self) -> Time {
         Time::from_us(self.tick * self.settings.period.us())
@@ -264,7 +253,8 @@ impl<B: Brain> Mission<B> {
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
                 let mut own = self.outages.iter().filter(|outage| outage.uav == uav.id);
-                uav.is_out = own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
+                uav.is_off = !uav.computer.is_on(now);
+                uav.is_out = uav.is_off || own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
             }
             let nowhere = LookAt { position: Position::ORIGIN, velocity: Velocity::ZERO };
             let looks =
@@ -283,19 +273,24 @@ impl<B: Brain> Mission<B> {
         }
     }
 
-    /// Every UAV observes, and hears what the others say and the cues of targets that have just appeared: all of it.
+    /// Every UAV whose computer is on observes, and hears what the radio carries: what the others say, and the cues of
+    /// targets that have just appeared.
     fn say(&mut self, now: Time) {
         let Self { uavs, brain, radio, cued, .. } = self;
-        radio.said = 0;
-        for uav in &*uavs {
+        radio.open();
+        for uav in uavs {
+            radio.join(Station { position: uav.truth.position, speaks: !uav.is_out, hears: !uav.is_off });
+            if uav.is_off {
+                continue;
+            }
+            if let Some(epoch) = uav.computer.started_again(now) {
+                brain.restart(uav.id, epoch);
+            }
             let scan = Scan { boresight: uav.boresight, detections: &uav.detections };
-            brain.observe(now, uav.id, &uav.belief, (!uav.is_out).then_some(scan));
+            brain.observe(uav.computer.time(now), uav.id, &uav.belief, (!uav.is_out).then_some(scan));
             if !uav.is_out {
                 brain.outbox(uav.id).iter().for_each(|message| radio.say(uav.id, message));
             }
-        }
-        for (speaker, message) in radio.heard() {
-            uavs.iter().filter(|uav| uav.id != *speaker).for_each(|uav| brain.hear(uav.id, message));
         }
         for target in &self.truth {
             let place = target.target.0 as usize;
@@ -304,17 +299,19 @@ impl<B: Brain> Mission<B> {
             }
             if !std::mem::replace(&mut cued[place], true) {
                 let cue = Message::Cue(sensors::cue(target, now, self.settings.cue, self.draws));
-                uavs.iter().for_each(|uav| brain.hear(uav.id, &cue));
+                radio.cue(target.target.0, cue);
             }
         }
+        radio.carry(self.tick, now, |uav, message| brain.hear(uav, message));
     }
 
     /// Every UAV decides, and the brain tells what it believes.
     fn command(&mut self, now: Time) {
         let Self { frame, brain, uavs, settings, .. } = self;
         rows::begin(now, &self.truth, frame);
+        let is_on = uavs.iter().any(|uav| !uav.is_off);
         for uav in uavs {
-            let mut step = brain.decide(uav.id);
+            let mut step = if uav.is_off { Step::of(circle(&settings.team)) } else { brain.decide(uav.id) };
             // Whoever's brain it is, no UAV flies what it cannot.
             let limited = settings.team.uav.limit(step.command);
             step.command = limited.command;
@@ -328,7 +325,9 @@ impl<B: Brain> Mission<B> {
         }
         let Frame { tracks, groups, events, .. } = frame;
         let mut beliefs = Beliefs { tracks, groups, events };
-        brain.report(&mut beliefs);
+        if is_on {
+            brain.report(&mut beliefs);
+        }
         if self.is_foreign {
             beliefs.tidy();
         }
@@ -341,6 +340,12 @@ impl<B: Brain> Mission<B> {
             uav.belief = uav.truth;
         }
     }
+}
+
+/// What a UAV flies whose computer is off, as one that knows nothing: the smallest orbit, where it is.
+fn circle(team: &TeamParams) -> Command {
+    let (speed_m_s, radius_m) = (team.uav.speed_m_s, team.group.standoff.radius_min_m);
+    Command { speed_m_s, turn_rate_rad_s: team.guidance.sense.sign() * speed_m_s / radius_m }
 }
 
 #[cfg(test)]

@@ -30,7 +30,9 @@ use std::sync::Arc;
 pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub use file::Minds;
-pub use flown::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targets};
+pub use flown::{
+    Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
+};
 pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};

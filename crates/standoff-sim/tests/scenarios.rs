@@ -115,7 +115,8 @@ fn an_unknown_key_suggests_the_right_one() {
     unknown(
         "[uavs]\ncolour = 5\n",
         "/mine.toml:2:1: uavs.colour: there is no such key; in [uavs] there are speed_m_s, speed_change_max_m_s, \
-         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, ring, at, outage",
+         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, start_late_s, ring, at, outage, restart, \
+         clock",
     );
     unknown(
         "[[uavs.at]]\nheading = 5\n",
@@ -415,7 +416,7 @@ fn a_scenario_that_could_not_be_read_again_is_refused_before_it_is_flown() {
 fn the_reference_page_has_every_key() {
     let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
     let blocks: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(blocks.len(), 5);
+    assert_eq!(blocks.len(), 6);
     let keys = |text: &str| -> Vec<String> {
         let mut table = String::new();
         let mut keys = Vec::new();
@@ -423,13 +424,14 @@ fn the_reference_page_has_every_key() {
             if let Some(header) = line.strip_prefix('[') {
                 table = header.split(']').next().unwrap().trim_start_matches('[').to_owned();
             } else if let Some((key, _)) = line.split_once(" = ") {
-                keys.push(format!("{table}.{key}"));
+                // Of a distribution: the number's own key.
+                keys.push(table.strip_suffix(".uniform").map_or_else(|| format!("{table}.{key}"), str::to_owned));
             }
         }
         keys
     };
     let on_page: Vec<String> = blocks.iter().flat_map(|block| keys(block)).collect();
-    for block in &blocks[..3] {
+    for block in &blocks[..4] {
         let resolved = load(block).unwrap().resolved().unwrap();
         for key in keys(&resolved) {
             assert!(on_page.contains(&key), "{key} is not on the page");
@@ -439,7 +441,7 @@ fn the_reference_page_has_every_key() {
     for key in keys(&traffic) {
         assert!(on_page.contains(&key), "{key} is not on the page");
     }
-    for key in blocks[3..].iter().flat_map(|block| keys(block)) {
+    for key in blocks[4..].iter().flat_map(|block| keys(block)) {
         assert!(keys(&traffic).contains(&key), "{key} is not known");
     }
 }

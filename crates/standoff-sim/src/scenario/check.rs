@@ -4,7 +4,7 @@
 use standoff::{Allowed, ParamError};
 
 use super::error::{Problem, ScenarioError};
-use super::file::resolved::{Ring, Scatter, ScenarioFile};
+use super::file::resolved::{Link, Radio, Ring, Scatter, ScenarioFile};
 use super::form::{MISTAKES_MAX, value_at, with_value};
 use super::load::{Typed, related};
 use super::locate::Map;
@@ -73,6 +73,21 @@ pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Optio
         problems.check_whole(&format!("{table}.uav"), outage.uav, whom);
         problems.check_until(&table, outage.from_s, outage.until_s);
     }
+    problems.check_many("uavs.restart", file.uavs.restart.len(), LISTED_MAX);
+    for (index, restart) in file.uavs.restart.iter().enumerate() {
+        problems.check_whole(&format!("uavs.restart.{index}.uav"), restart.uav, whom);
+    }
+    problems.check_many("uavs.clock", file.uavs.clock.len(), LISTED_MAX);
+    for (index, clock) in file.uavs.clock.iter().enumerate() {
+        let key = format!("uavs.clock.{index}.uav");
+        problems.check_whole(&key, clock.uav, whom);
+        if file.uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
+            problems.add(key, "has a clock already; a UAV has one", Some(clock.uav.into()));
+        }
+    }
+    if let Some(radio) = &file.radio {
+        check_radio(radio, whom, problems);
+    }
     let at = file.targets.as_ref().map_or(0, |targets| targets.at.len());
     if file.traffic.is_none() && scatter.is_none() && at == 0 {
         problems.add("targets", "no targets; give [targets.scatter], [[targets.at]] or [traffic]", None);
@@ -92,6 +107,48 @@ pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Optio
         let count = Allowed::at_least(1.0).at_most(most).because("5,000 targets in all");
         problems.check_whole("targets.scatter.count", scattered, count);
     }
+}
+
+/// Checks who hears whom: `whom` is one of the UAVs.
+fn check_radio(radio: &Radio, whom: Allowed, problems: &mut Problems) {
+    problems.check_many("radio.link", radio.link.len(), LISTED_MAX);
+    for (index, link) in radio.link.iter().enumerate() {
+        let table = format!("radio.link.{index}");
+        problems.check_whole(&format!("{table}.from"), link.from, whom);
+        problems.check_whole(&format!("{table}.to"), link.to, whom);
+        if is_same(link.from, link.to) {
+            problems.add(format!("{table}.to"), "must be another UAV than `from`", Some(link.to.into()));
+        }
+        let is_told = |other: &Link| is_same(other.from, link.from) && is_same(other.to, link.to);
+        if radio.link[..index].iter().any(is_told) {
+            problems.add(table, "stands between the same two UAVs as another one; keep one", None);
+        }
+    }
+    problems.check_many("radio.partition", radio.partition.len(), LISTED_MAX);
+    for (index, partition) in radio.partition.iter().enumerate() {
+        let table = format!("radio.partition.{index}");
+        problems.check_until(&table, partition.from_s, partition.until_s);
+        if partition.sides.is_empty() {
+            problems.add(format!("{table}.sides"), "must be lists of UAVs, like [[0, 1], [2, 3]]", None);
+        }
+        let mut sided: Vec<f64> = Vec::new();
+        for (side, uavs) in partition.sides.iter().enumerate() {
+            for (place, uav) in uavs.iter().enumerate() {
+                let key = format!("{table}.sides.{side}.{place}");
+                problems.check_whole(&key, *uav, whom);
+                if sided.iter().any(|other| is_same(*other, *uav)) {
+                    problems.add(key, "is named already; a UAV is on one side, and once", Some((*uav).into()));
+                } else if whom.contains(*uav) {
+                    sided.push(*uav);
+                }
+            }
+        }
+    }
+}
+
+/// Two numbers that stand for one UAV: whole ones, or they are told of.
+fn is_same(one: f64, other: f64) -> bool {
+    (one - other).abs() < 0.5
 }
 
 /// Keys that bound each other: where only one was typed, that is the one to point at.

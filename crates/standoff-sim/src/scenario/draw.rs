@@ -80,6 +80,24 @@ impl Drawing {
         }
         value
     }
+
+    /// Holds a number to its range that the flight draws, many times.
+    pub(super) fn check_many(&mut self, at: &dyn Display, key: &str, number: &Number, allowed: Allowed) {
+        let is_of_many = std::mem::replace(&mut self.is_of_many, true);
+        self.number(at, key, number, allowed);
+        self.is_of_many = is_of_many;
+    }
+
+    /// The numbers of lists in a list.
+    pub(super) fn lists(&mut self, at: &dyn Display, key: &str, lists: &[Vec<Number>]) -> Vec<Vec<f64>> {
+        let list = |(list, numbers): (usize, &Vec<Number>)| {
+            let at = format!("{at}{key}.{list}.");
+            let number =
+                |(index, number): (usize, &Number)| self.number(&at, &index.to_string(), number, Allowed::FINITE);
+            numbers.iter().enumerate().map(number).collect()
+        };
+        lists.iter().enumerate().map(list).collect()
+    }
 }
 
 /// What a number comes to: a function of the seed, of its key and of which draw it is (0; from 1 on, of what is drawn

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use standoff::{Agent, Allowed};
 
 use super::draw::{Draw, Drawing};
-use super::number::{Number, as_typed};
+use super::number::{Number, as_typed, lists_as_typed};
 use crate::traffic;
 
 /// Defines the tables of a scenario file twice: as they are typed, and, in [`resolved`], as they are flown. A number comes
@@ -34,6 +34,10 @@ macro_rules! tables {
         $(words { $($(#[$word_doc:meta])* $word:ident: $word_type:ident = $word_default:ident;)* })?
         // Numbers that may stay absent.
         $(optional { $($(#[$optional_doc:meta])* $optional:ident: $optional_allowed:expr;)* })?
+        // Numbers that may stay absent, and of which the flight draws many: distributions stay distributions.
+        $(many { $($(#[$many_doc:meta])* $many:ident: $many_allowed:expr;)* })?
+        // Lists of lists of numbers, at first empty.
+        $(lists { $($(#[$lists_doc:meta])* $lists:ident;)* })?
         // Tables that are typed, in the place of which others are flown.
         $(typed { $($(#[$typed_doc:meta])* $typed:ident: $typed_type:ty;)* })?
         // Tables in this one.
@@ -50,6 +54,8 @@ macro_rules! tables {
                 $($($(#[$absent_doc])* pub $absent: Option<Number>,)*)?
                 $($($(#[$word_doc])* pub $word: $word_type,)*)?
                 $($($(#[$optional_doc])* pub $optional: Option<Number>,)*)?
+                $($($(#[$many_doc])* pub $many: Option<Number>,)*)?
+                $($($(#[$lists_doc])* pub $lists: Vec<Vec<Number>>,)*)?
                 $($($(#[$typed_doc])* pub $typed: $typed_type,)*)?
                 $($($(#[$inner_doc])* pub $inner: $inner_type,)*)?
             }
@@ -63,6 +69,8 @@ macro_rules! tables {
                         $($($absent: None,)*)?
                         $($($word: $word_type::$word_default,)*)?
                         $($($optional: None,)*)?
+                        $($($many: None,)*)?
+                        $($($lists: Vec::new(),)*)?
                         $($($typed: Default::default(),)*)?
                         $($($inner: Default::default(),)*)?
                     }
@@ -83,6 +91,8 @@ macro_rules! tables {
                         },)*)?
                         $($($word: self.$word,)*)?
                         $($($optional: self.$optional.map(|typed| drawing.number(at, stringify!($optional), &typed, $optional_allowed)),)*)?
+                        $($($many: self.$many.inspect(|typed| drawing.check_many(at, stringify!($many), typed, $many_allowed)),)*)?
+                        $($($lists: drawing.lists(at, stringify!($lists), &self.$lists),)*)?
                         $($($inner: self.$inner.drawn(&format_args!("{at}{}.", stringify!($inner)), drawing),)*)?
                     }
                 }
@@ -102,6 +112,8 @@ macro_rules! tables {
                     $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
                     $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
                     $($($(#[$optional_doc])* pub(crate) $optional: Option<f64>,)*)?
+                    $($($(#[$many_doc])* pub(crate) $many: Option<Number>,)*)?
+                    $($($(#[$lists_doc])* #[serde(serialize_with = "lists_as_typed")] pub(crate) $lists: Vec<Vec<f64>>,)*)?
                     $($($(#[$inner_doc])* pub(crate) $inner: $inner_type,)*)?
                 }
             )*
@@ -115,6 +127,9 @@ const VELOCITY_M_S: Allowed = Allowed::at_least(-1e3).at_most(1e3);
 const ACCELERATION_M_S2: Allowed = Allowed::at_least(-100.0).at_most(100.0);
 const ANGLE_DEG: Allowed = Allowed::at_least(-1e6).at_most(1e6);
 const TIME_S: Allowed = Allowed::at_least(0.0).at_most(1e9);
+const PROBABILITY: Allowed = Allowed::at_least(0.0).at_most(1.0);
+/// What is under way must be held.
+const DELAY_S: Allowed = Allowed::at_least(0.0).at_most(120.0);
 /// Of the target model: as the library has it.
 const TARGET_MODEL: Allowed = Allowed::at_least(0.0).at_most(100.0);
 
@@ -139,6 +154,8 @@ tables! {
         uavs: Uavs;
         /// How they know of each other.
         team: Team;
+        /// How what they say is carried; if absent: all hear everything, at once.
+        radio: Option<Radio>;
         /// Their sensors, as they really are.
         sensor: Sensor;
         /// What the UAVs' filters assume.
@@ -175,6 +192,9 @@ tables! {
     } words {
         /// `exact` or `euler`.
         integrator: Integrator = Exact;
+    } many {
+        /// Its computer starts so late, s, drawn for each UAV; if absent: at once.
+        start_late_s: TIME_S;
     } typed {
         /// Start on a ring about the targets (the default).
         ring: Option<Ring>;
@@ -184,6 +204,12 @@ tables! {
         /// Who drops out, and when.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         outage: Vec<Outage>;
+        /// Whose computer starts anew, and when.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        restart: Vec<Restart>;
+        /// Whose clock is off.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        clock: Vec<Clock>;
     }
 
     /// `[team]`: how the UAVs know of each other.
@@ -191,8 +217,79 @@ tables! {
         /// A UAV not heard for longer than this counts as lost, s.
         teammate_timeout_s = 3.0;
     } words {
-        /// Where the team's picture is kept: `one` for all, or `each` UAV its own.
+        /// Where the team's picture is kept: `one` for all, or `each` UAV its own; if absent: `one`, or `each` where the
+        /// radio, restarts, late starts or clocks are told.
         minds: Minds = One;
+    }
+
+    /// `[radio]`: how what the UAVs say is carried from one to another; as given nothing is lost, late or double.
+    table Radio numbers {
+        /// Probability that a message that is heard is heard twice.
+        duplicate = 0.0, PROBABILITY;
+    } optional {
+        /// Further away nobody is heard, m; if absent: heard everywhere.
+        range_m: Allowed::above(0.0).at_most(1e7);
+        /// What a UAV can send; one second's worth waits, more is dropped; if absent: everything is sent at once.
+        bytes_per_s: Allowed::above(0.0).at_most(1e9);
+        /// From when on the radio is perfect but for partitions, s; if absent: never.
+        until_s: TIME_S;
+    } many {
+        /// Probability that a message is lost, for each who should hear it; if absent 0.
+        loss: PROBABILITY;
+        /// How late a message is, for each who hears it, s; if absent 0.
+        delay_s: DELAY_S;
+    } tables {
+        /// Who hears whom worse, or better, than others do.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        link: Vec<Link>;
+        /// When the team falls apart, and into what.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        partition: Vec<Partition>;
+    }
+
+    /// `[[radio.link]]`: one way from one UAV to another.
+    table Link numbers {
+        /// Who speaks: 0 is the first UAV.
+        from = 0.0;
+        /// Who hears.
+        to = 1.0;
+    } many {
+        /// Probability that a message is lost; if absent: that of `[radio]`.
+        loss: PROBABILITY;
+        /// How late a message is, s; if absent: that of `[radio]`.
+        delay_s: DELAY_S;
+    }
+
+    /// `[[radio.partition]]`: for some time only those of one side hear each other.
+    table Partition numbers {
+        /// From when, s.
+        from_s = 0.0, TIME_S;
+        /// Until when, s.
+        until_s = 1e9;
+    } lists {
+        /// The UAVs of each side; who is in none hears nobody and is not heard.
+        sides;
+    }
+
+    /// `[[uavs.restart]]`: a UAV's computer is off for some time, and starts with an empty picture; meanwhile the UAV
+    /// circles, unseeing and unheard.
+    table Restart numbers {
+        /// Which UAV: 0 is the first.
+        uav = 0.0;
+        /// From when, s.
+        at_s = 0.0, TIME_S;
+        /// For how long, s.
+        down_s = 0.0, TIME_S;
+    }
+
+    /// `[[uavs.clock]]`: a UAV takes `offset_s + drift_ppm t / 1e6` more than the true time t for the time.
+    table Clock numbers {
+        /// Which UAV: 0 is the first.
+        uav = 0.0;
+        /// How far it is ahead at the start, s.
+        offset_s = 0.0, Allowed::at_least(-1e6).at_most(1e6);
+        /// How much too fast it is, parts per million.
+        drift_ppm = 0.0, Allowed::at_least(-1e5).at_most(1e5);
     }
 
     /// `[[uavs.outage]]`: for some time a UAV sees nothing and is not heard; it circles where it is.
@@ -434,6 +531,14 @@ tables! {
     } words {
         /// `auto`, `metres` or `degrees`.
         coordinates: Coordinates = Auto;
+    }
+}
+
+impl ScenarioFile {
+    /// Something in it makes UAVs know different things.
+    pub(super) fn needs_minds(&self) -> bool {
+        let Uavs { restart, clock, start_late_s, .. } = &self.uavs;
+        self.radio.is_some() || !restart.is_empty() || !clock.is_empty() || start_late_s.is_some()
     }
 }
 

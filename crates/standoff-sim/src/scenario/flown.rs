@@ -8,6 +8,7 @@ use standoff::{Duration, TargetParams, TargetState, TeamParams, UavId, UavState}
 use super::file::Minds;
 use super::file::resolved::ScenarioFile;
 use super::map::MapFile;
+use super::number::Number;
 use crate::target_id::TargetId;
 use crate::traffic::{Origin, Traffic, Unit};
 
@@ -43,6 +44,14 @@ pub struct Scenario {
     pub map: Vec<MapFile>,
     /// UAVs that drop out.
     pub outages: Vec<Outage>,
+    /// How what they say is carried; `None`: all hear everything, at once.
+    pub radio: Option<Radio>,
+    /// When each UAV's computer starts, s, by UAV.
+    pub starts_s: Vec<f64>,
+    /// Computers that start anew.
+    pub restarts: Vec<Restart>,
+    /// Clocks that are off, at most one of a UAV.
+    pub clocks: Vec<Clock>,
     /// What to be careful about.
     pub warnings: Vec<String>,
     /// Every value spelt out.
@@ -123,6 +132,74 @@ pub struct Outage {
     pub from_s: f64,
     /// Until when, s; not before `from_s`.
     pub until_s: f64,
+}
+
+/// How what UAVs say is carried from one to another. Cues come from outside: they are lost, late and double alike, but
+/// come from everywhere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Radio {
+    /// Probability that a message is lost, 0 to 1, drawn for each message and receiver.
+    pub loss: Number,
+    /// How late a message is, s, not negative, drawn for each message and receiver.
+    pub delay_s: Number,
+    /// Probability that a message that is heard is heard twice, 0 to 1.
+    pub duplicate: f64,
+    /// Further away nobody is heard, m, above 0.
+    pub range_m: Option<f64>,
+    /// What a UAV can send, bytes/s, above 0.
+    pub bytes_per_s: Option<f64>,
+    /// From when on it is perfect, partitions aside, s.
+    pub until_s: Option<f64>,
+    /// Who hears whom otherwise, at most one of a pair.
+    pub links: Vec<Link>,
+    /// When only parts of the team hear each other.
+    pub partitions: Vec<Partition>,
+}
+
+/// The way from one UAV to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// Who speaks.
+    pub from: UavId,
+    /// Who hears.
+    pub to: UavId,
+    /// See [`Radio::loss`].
+    pub loss: Number,
+    /// See [`Radio::delay_s`].
+    pub delay_s: Number,
+}
+
+/// A time in which only those of one side hear each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Partition {
+    /// From when, s.
+    pub from_s: f64,
+    /// Until when, s; not before `from_s`.
+    pub until_s: f64,
+    /// The sides, no UAV in two. Who is in none hears nobody and is not heard.
+    pub sides: Vec<Vec<UavId>>,
+}
+
+/// A computer that is switched off, and starts with an empty picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Restart {
+    /// Whose.
+    pub uav: UavId,
+    /// From when, s.
+    pub at_s: f64,
+    /// For how long, s, not negative.
+    pub down_s: f64,
+}
+
+/// A clock that is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    /// Whose.
+    pub uav: UavId,
+    /// How far it is ahead at the start, s.
+    pub offset_s: f64,
+    /// How much too fast it is, parts per million, above -1e6.
+    pub drift_ppm: f64,
 }
 
 /// An acceleration beside the random one.

@@ -99,6 +99,7 @@ fn told(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>
     let wanted = what.strip_prefix("invalid type").and_then(|what| what.rsplit_once(", expected "));
     match wanted {
         Some((_, wanted)) if wanted.starts_with("struct ") => (format!("{is}: must be a table"), None),
+        Some((_, "a sequence")) if KEYS.of(key).is_none() => (format!("{is}: must be an array, in []"), None),
         Some((_, "a sequence")) => (format!("{is}: must be an array of tables, [[{key}]]"), None),
         Some((_, wanted)) => (format!("{is}: must be {wanted}"), None),
         None => (format!("{is}: {}", words(what)), None),

@@ -11,7 +11,7 @@ use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::error::{Excerpt, Problem, ScenarioError};
-use super::file::ScenarioFile;
+use super::file::{Minds, ScenarioFile};
 use super::form::{self, MISTAKES_MAX};
 use super::locate::{Map, line_around, place_of};
 use crate::input;
@@ -136,7 +136,11 @@ impl Typed {
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
         origin.apply(edits, &mut table, &mut problems)?;
-        let (file, mistakes) = form::typed(table);
+        let tells_minds = form::value_at(&table, "team.minds").is_some();
+        let (mut file, mistakes) = form::typed(table);
+        if let Some(file) = file.as_mut().filter(|file| !tells_minds && file.needs_minds()) {
+            file.team.minds = Minds::Each;
+        }
         let mut left_out = Vec::new();
         for mistake in mistakes {
             problems.push(origin.problem(&map, &mistake.key, mistake.message, mistake.help));

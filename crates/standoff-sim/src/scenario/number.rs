@@ -135,3 +135,8 @@ impl JsonSchema for Number {
 pub(super) fn as_typed<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     Number::Constant(*value).serialize(serializer)
 }
+
+/// Lists of such numbers.
+pub(super) fn lists_as_typed<S: Serializer>(lists: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(lists.iter().map(|list| list.iter().copied().map(Number::Constant).collect::<Vec<_>>()))
+}

@@ -9,8 +9,10 @@ use super::check::{check_settings, check_who, report};
 use super::draw::{Absent, Draw, Drawing, value};
 use super::error::ScenarioError;
 use super::file::resolved::{Ring, TargetAt};
-use super::file::{self, resolved};
-use super::flown::{CueError, Manoeuvre, Noise, Outage, Scenario, Settings, Targets};
+use super::file::{self, Minds, resolved};
+use super::flown::{
+    Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
+};
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
 use super::problems::Problems;
@@ -44,18 +46,61 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         from_s: outage.from_s,
         until_s: outage.until_s,
     });
+    let late = file.uavs.start_late_s.unwrap_or(0.0.into());
+    let draws = Draws::new(seed);
+    let starts_s = (1..).take(uavs.len()).map(|nth| value(&late, &"uavs.start_late_s", draws, nth)).collect();
+    let restarts = file.uavs.restart.iter().map(|restart| Restart {
+        uav: UavId(restart.uav as u32),
+        at_s: restart.at_s,
+        down_s: restart.down_s,
+    });
+    let clocks = file.uavs.clock.iter().map(|clock| Clock {
+        uav: UavId(clock.uav as u32),
+        offset_s: clock.offset_s,
+        drift_ppm: clock.drift_ppm,
+    });
     Ok(Scenario {
         name: typed.name.clone(),
         about: file.about.clone(),
         seed,
         uavs,
         outages: outages.collect(),
+        radio: file.radio.as_ref().map(radio),
+        starts_s,
+        restarts: restarts.collect(),
+        clocks: clocks.collect(),
         map: map::files(typed),
         targets,
         warnings,
         settings,
         file,
     })
+}
+
+fn radio(radio: &resolved::Radio) -> Radio {
+    let (loss, delay_s) = (radio.loss.unwrap_or(0.0.into()), radio.delay_s.unwrap_or(0.0.into()));
+    let links = radio.link.iter().map(|link| Link {
+        from: UavId(link.from as u32),
+        to: UavId(link.to as u32),
+        loss: link.loss.unwrap_or(loss),
+        delay_s: link.delay_s.unwrap_or(delay_s),
+    });
+    let side = |side: &Vec<f64>| side.iter().map(|uav| UavId(*uav as u32)).collect();
+    let partitions = radio.partition.iter().map(|partition| Partition {
+        from_s: partition.from_s,
+        until_s: partition.until_s,
+        sides: partition.sides.iter().map(side).collect(),
+    });
+    Radio {
+        loss,
+        delay_s,
+        duplicate: radio.duplicate,
+        range_m: radio.range_m,
+        bytes_per_s: radio.bytes_per_s,
+        until_s: radio.until_s,
+        links: links.collect(),
+        partitions: partitions.collect(),
+    }
 }
 
 /// A scenario in which everything is drawn but where targets and UAVs start that are not listed.
@@ -80,6 +125,11 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     }
     let (settings, passed) = settings(&file);
     let mut problems = drawing.problems;
+    if settings.minds == Minds::One && typed.file.needs_minds() {
+        let what = "one mind for all hears everything at once: for a radio that does not, restarts, late starts or clocks \
+                    give \"each\", or leave it out";
+        problems.add("team.minds", what, None);
+    }
     check_who(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
     let over = settings.team.errors_over(settings.period);
     check_settings(&file, settings.team.errors().into_iter().chain(over).collect(), &passed, &mut problems);
