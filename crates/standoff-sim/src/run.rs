@@ -274,11 +274,11 @@ impl<B: Brain> Mission<B> {
     }
 
     /// Every UAV whose computer is on observes, and hears what the radio carries: what the others say, and the cues of
-    /// targets that have just appeared.
+    /// targets that have just appeared, or are there when the first computer is on.
     fn say(&mut self, now: Time) {
         let Self { uavs, brain, radio, cued, .. } = self;
         radio.open();
-        for uav in uavs {
+        for uav in &mut *uavs {
             radio.join(Station { position: uav.truth.position, speaks: !uav.is_out, hears: !uav.is_off });
             if uav.is_off {
                 continue;
@@ -292,7 +292,9 @@ impl<B: Brain> Mission<B> {
                 brain.outbox(uav.id).iter().for_each(|message| radio.say(uav.id, message));
             }
         }
-        for target in &self.truth {
+        // Nobody is told anything while there is nobody to tell.
+        let told = if uavs.iter().all(|uav| uav.is_off) { &[] } else { &self.truth[..] };
+        for target in told {
             let place = target.target.0 as usize;
             if place >= cued.len() {
                 cued.resize(place + 1, false);

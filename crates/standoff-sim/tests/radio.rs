@@ -405,12 +405,20 @@ fn a_late_start_is_drawn_for_each_uav_and_begins_the_first_epoch() {
     let (log, frames, _) = flown(&team(4, "uavs.start_late_s = 10.2"), 1, 0);
     assert!(log.observed.iter().all(|(_, s, _)| *s >= 10.5) && log.observed.len() == 4 * (201 - 21));
     assert_eq!(log.restarts, []);
-    assert!(log.heard.iter().all(|heard| heard.from != OUTSIDE), "the cue came before");
+    let cues =
+        |log: &Log| log.heard.iter().filter(is_cue).map(|cue| (cue.at_s, cue.said_s, cue.to)).collect::<Vec<_>>();
+    assert_eq!(cues(&log), [0, 1, 2, 3].map(|to| (10.5, 10.5, to)), "not before there is somebody to tell");
     assert_eq!(frames[0].uavs[3].turn_rate_command_rad_s, 40.0 / 250.0);
     let drawn = |uavs| {
         let log = flown(&team(uavs, "uavs.start_late_s = { uniform = { min = 5.0, max = 50.0 } }"), 1, 0).0;
         let first = |of: u32| log.observed.iter().find(|(uav, ..)| *uav == of).unwrap().1;
-        (0..3).map(first).collect::<Vec<_>>()
+        let starts = (0..3).map(first).collect::<Vec<_>>();
+        let earliest_s = starts.iter().copied().fold(first(uavs as u32 - 1), f64::min);
+        assert!(
+            cues(&log).iter().all(|cue| cue.0 == earliest_s) && cues(&log).len() < uavs,
+            "once, to whoever is there"
+        );
+        starts
     };
     let starts = drawn(3);
     assert!(starts.iter().all(|s| (5.0..=50.5).contains(s)) && starts[0] != starts[1] && starts[1] != starts[2]);
