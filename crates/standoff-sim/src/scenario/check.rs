@@ -19,7 +19,7 @@ use crate::traffic::MAX_AT_ONCE;
 /// Longer missions than this are refused: a record of them would fill the disk.
 const TICKS_MAX: f64 = 10_000_000.0;
 
-/// Most outages, and most manoeuvres.
+/// Most outages, manoeuvres, and whatever else fails.
 const LISTED_MAX: usize = 1_000;
 
 /// Longest line that says what a scenario shows, characters.
@@ -78,7 +78,7 @@ pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Optio
         problems.check_whole(&format!("uavs.restart.{index}.uav"), restart.uav, whom);
     }
     problems.check_many("uavs.clock", file.uavs.clock.len(), LISTED_MAX);
-    for (index, clock) in file.uavs.clock.iter().enumerate() {
+    for (index, clock) in file.uavs.clock.iter().take(LISTED_MAX).enumerate() {
         let key = format!("uavs.clock.{index}.uav");
         problems.check_whole(&key, clock.uav, whom);
         if file.uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
@@ -112,7 +112,7 @@ pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Optio
 /// Checks who hears whom: `whom` is one of the UAVs.
 fn check_radio(radio: &Radio, whom: Allowed, problems: &mut Problems) {
     problems.check_many("radio.link", radio.link.len(), LISTED_MAX);
-    for (index, link) in radio.link.iter().enumerate() {
+    for (index, link) in radio.link.iter().take(LISTED_MAX).enumerate() {
         let table = format!("radio.link.{index}");
         problems.check_whole(&format!("{table}.from"), link.from, whom);
         problems.check_whole(&format!("{table}.to"), link.to, whom);
