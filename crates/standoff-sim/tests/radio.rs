@@ -7,8 +7,8 @@ use std::path::Path;
 use std::rc::Rc;
 
 use standoff::{
-    Angle, Command, Detection, LookAt, Message, Position, RangeBearing, Report, Scan, Step, TargetLabel, Time, UavId,
-    UavState, Velocity,
+    Angle, Command, Detection, LookAt, Message, Position, Radio, RangeBearing, Report, Scan, Step, TargetLabel, Time,
+    UavId, UavState, Velocity,
 };
 use standoff_sim::brain::{Beliefs, Brain, Reported, of_team};
 use standoff_sim::radio::Sent;
@@ -608,6 +608,11 @@ fn minds_are_several_where_they_know_different_things() {
     let faults = ["[radio]", "uavs.start_late_s = 0", "uavs.restart = [{}]", "uavs.clock = [{}]"];
     assert_eq!(minds(""), Ok(Minds::One));
     assert_eq!(minds("team.minds = \"each\""), Ok(Minds::Each));
+    // Altitudes and turns hang on no agreement where words may be missing.
+    assert_eq!(
+        (team(2, "").settings.team.radio, team(2, "[radio]").settings.team.radio),
+        (Radio::Perfect, Radio::Fallible)
+    );
     for fault in faults {
         assert_eq!(minds(fault), Ok(Minds::Each), "{fault}");
         assert_eq!(minds(&format!("team.minds = \"each\"\n{fault}")), Ok(Minds::Each), "{fault}");
