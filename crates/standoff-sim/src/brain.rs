@@ -189,7 +189,7 @@ impl Brain for Each {
 
     fn report(&self, beliefs: &mut Beliefs) {
         if let Some(agent) = self.agents.get(self.recorded.0 as usize) {
-            rows::picture(agent.picture(), beliefs);
+            rows::agent(agent, beliefs);
         }
     }
 }

@@ -29,4 +29,4 @@ mod why;
 pub mod world;
 pub mod yardstick;
 
-pub use rows::picture as rows_of_picture;
+pub use rows::{agent as rows_of_agent, picture as rows_of_picture};

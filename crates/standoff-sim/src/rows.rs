@@ -1,7 +1,7 @@
 //! From the agents' types to the record's rows.
 
 use standoff::{
-    Angle, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture, Step, Time,
+    Agent, Angle, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture, Step, Time,
     TrackStatus as Status, UavId, UavState,
 };
 
@@ -110,7 +110,21 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
 
 /// Adds what an agent believes and intends, and what happened: for brains in which the product keeps the picture.
 pub fn picture(picture: &Picture, beliefs: &mut Beliefs) {
+    events(picture, beliefs);
+    state(picture, beliefs);
+}
+
+/// Adds what an agent believes and intends, and what it has decided.
+pub fn agent(agent: &Agent, beliefs: &mut Beliefs) {
+    agent.decided().for_each(|(picture, _)| events(picture, beliefs));
+    state(agent.picture(), beliefs);
+}
+
+fn events(picture: &Picture, beliefs: &mut Beliefs) {
     beliefs.events.extend(picture.events.iter().map(|of| event(of, picture)));
+}
+
+fn state(picture: &Picture, beliefs: &mut Beliefs) {
     // Not by extending with what is filtered: long rows would be copied once more.
     for known in picture.known() {
         if let Some(status) = live_status(known) {

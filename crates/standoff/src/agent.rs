@@ -39,6 +39,9 @@ use crate::uav::{UavId, UavState};
 /// So many seconds after a word was missing, words are taken to go missing still.
 const CALM_AFTER_S: f64 = 10.0;
 
+/// A committed picture of so many periods ago is too old to be taken over: too much has been said since.
+const OLD: i64 = 20;
+
 /// A stamp that should be ours and is not yet, for so many periods: it never will be.
 const PATIENCE: i64 = 10;
 
@@ -103,10 +106,10 @@ pub struct Agent {
     /// The own state is known, and the sensor has looked: there is a report.
     has_spoken: bool,
     is_leaving: bool,
-    /// The last instant of which something was missing, here or elsewhere.
-    disturbed_at: i64,
     /// Since when whose picture counts has told of one that is not ours.
     doubted_since: Option<i64>,
+    /// Since when it asks for another picture.
+    asks_since: Option<i64>,
     is_stale: bool,
 }
 
@@ -134,8 +137,8 @@ impl Agent {
             now: None,
             has_spoken: false,
             is_leaving: false,
-            disturbed_at: i64::MIN,
             doubted_since: None,
+            asks_since: None,
             is_stale: false,
         })
     }
@@ -170,6 +173,13 @@ impl Agent {
     /// change.
     pub fn picture(&self) -> &Picture {
         self.history.head()
+    }
+
+    /// The pictures whose events the last decision has come to act on, and whether each is provisional: told before all was
+    /// known of its instant. With nothing missing, that is the picture of now; while words go missing, those of the decision
+    /// lag ago.
+    pub fn decided(&self) -> impl Iterator<Item = (&Picture, bool)> {
+        self.history.decided().map(|(instant, picture)| (picture, instant > self.history.committed && self.log.is_awaited(instant)))
     }
 
     /// The instant up to which nothing can change any more; `None` before the first.
@@ -229,6 +239,9 @@ impl Agent {
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
         let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };
         let committed = self.history.committed;
+        if let Some((speaker, number)) = self.log.said_again(message, now) {
+            self.repair.note(speaker, number, now);
+        }
         match message {
             // What it has said since it began it knows itself.
             Message::Report(report) if report.uav == self.id && self.is_own(report) => {}
@@ -273,7 +286,7 @@ impl Agent {
 
     fn is_disturbed_at(&self, now: i64) -> bool {
         let calm_after = (CALM_AFTER_S / self.log.period.s()).ceil() as i64;
-        now.saturating_sub(self.disturbed_at) <= calm_after
+        now - self.log.disturbed_at <= calm_after
     }
 
     fn begin(&mut self, first: i64) {
@@ -282,7 +295,7 @@ impl Agent {
         self.repair.reset();
         (self.offer, self.taking) = (Offer::default(), Taking::default());
         (self.began, self.has_spoken, self.is_stale) = (first, false, false);
-        (self.disturbed_at, self.doubted_since) = (i64::MIN, None);
+        (self.doubted_since, self.asks_since) = (None, None);
     }
 
     /// Turns to a new instant.
@@ -294,7 +307,7 @@ impl Agent {
                 // An instant of which nobody asked for a decision is part of the past all the same.
                 self.history.follow(&mut self.log, last);
                 if changed_from < last || self.log.is_awaited(last) {
-                    self.disturbed_at = last;
+                    self.log.disturbed_at = last;
                 }
                 self.log.refused.impossible =
                     self.log.refused.impossible.saturating_add(self.history.newest().impossible);
@@ -303,6 +316,7 @@ impl Agent {
         let needed_from = self.history.kept_from() + 1;
         self.log.turn_to(now, needed_from);
         self.commit(now);
+        self.history.turn_over();
         (self.now, self.has_spoken, self.is_stale, self.said) = (Some(now), false, true, 0);
         self.sequence = self.sequence.wrapping_add(1);
         let params = &self.history.fold.params.log;
@@ -343,11 +357,11 @@ impl Agent {
         (report.time, report.state, report.boresight) = (self.log.time(now), *own, scan.boresight);
         (report.duty, report.leaves) = (duty, leaves);
         keep_sound(scan.detections, &mut report.detections);
-        let knowledge = &mut report.knowledge;
-        knowledge.is_told = true;
+        let knowledge = report.knowledge.get_or_insert_default();
         knowledge.since = self.log.time(self.history.since);
         knowledge.committed = self.log.time(self.history.committed);
         knowledge.stamp = self.history.stamp(&self.log);
+        knowledge.disturbed = self.log.time(self.log.disturbed_at);
         knowledge.asks = asks;
         self.log.list(self.history.committed, knowledge);
         match self.outbox.first_mut() {
@@ -367,7 +381,7 @@ impl Agent {
             *said += 1;
         });
         if is_wanted {
-            self.disturbed_at = now;
+            self.log.disturbed_at = now;
         }
     }
 
@@ -404,37 +418,58 @@ impl Agent {
         }
     }
 
-    /// The instant whose picture is told to who asks: what is committed, or while somebody's silence holds that up, what is
-    /// known of the lag ago; from then on it is committed.
+    /// The instant whose picture is told to who asks: that which is committed, or while somebody's silence holds that up, the
+    /// last of which all is known that those who are there know; from then on it is committed.
     fn offered_instant(&self, now: i64) -> i64 {
-        let lag = self.history.lag();
-        if now - self.history.committed <= lag + 2 { self.history.kept_from() } else { now - 1 - lag }
+        let committed = self.history.committed;
+        if now - committed <= OLD || self.counting(now).is_some() {
+            return self.history.kept_from();
+        }
+        let follows_ours = |peer: &Peer| {
+            let stamp = peer.knowledge.stamp;
+            let ours = self.history.digest_at(self.log.instant_at(stamp.time));
+            peer.tells(now, self.log.lease())
+                && self.log.instant_at(peer.knowledge.since) == self.history.since
+                && ours.is_none_or(|digest| digest == stamp.digest)
+        };
+        let is_own = |peer: &Peer| peer.uav == self.id;
+        let known = (committed + 1..now).take_while(|instant| self.log.is_known(*instant, |peer| is_own(peer) || follows_ours(peer)));
+        known.last().unwrap_or(committed).max(now - 2 * OLD).min(now - 1)
     }
 
-    /// Whose picture counts, and whether it is another one than ours: then this is what to ask.
+    /// Whose picture counts before ours.
+    fn counting(&self, now: i64) -> Option<&Peer> {
+        let first = |peer: &&Peer| (self.log.instant_at(peer.knowledge.since), peer.uav);
+        let others = self.log.peers().iter().filter(|peer| peer.uav != self.id && peer.tells(now, self.log.lease()));
+        others.min_by_key(first).filter(|peer| first(peer) < (self.history.since, self.id))
+    }
+
+    /// Whether the picture that counts is another one than ours: then this is what to ask.
     fn doubt(&mut self, now: i64) -> Option<Ask> {
-        let lease = self.log.lease();
-        let (id, period) = (self.id, self.log.period);
-        let first = move |peer: &Peer| (peer.knowledge.since.us().div_euclid(period.us()), peer.uav);
-        let tells = move |peer: &&Peer| peer.uav != id && peer.tells(now, lease);
-        let counting = self.log.peers().iter().filter(tells).min_by_key(|peer| first(peer));
-        let Some(counting) = counting.filter(|peer| first(peer) < (self.history.since, self.id)) else {
-            self.doubted_since = None;
-            self.taking.reset();
-            return None;
-        };
-        let ((since, counting), stamp) = (first(counting), counting.knowledge.stamp);
-        let is_ours = since == self.history.since && self.agrees(stamp, now);
+        let Some(counting) = self.counting(now) else { return self.trust() };
+        let (counting, since, stamp) = (counting.uav, counting.knowledge.since, counting.knowledge.stamp);
+        let is_ours = self.log.instant_at(since) == self.history.since && self.agrees(stamp, now);
         if is_ours {
+            self.asks_since = None;
             self.taking.reset();
             return None;
         }
         // Who does not answer may not hear us: others who follow the same picture have it, too.
-        let doubted_since = *self.doubted_since.get_or_insert(now);
-        let others = || self.log.peers().iter().filter(tells).filter(|peer| first(peer).0 == since);
-        let turn = (now - doubted_since) / (2 * lease) % others().count().max(1) as i64;
-        let asked = others().nth(turn as usize).map_or(counting, |peer| peer.uav);
+        let asks_since = *self.asks_since.get_or_insert(now);
+        let (id, lease) = (self.id, self.log.lease());
+        let follows = |peer: &&Peer| peer.uav == counting || (peer.knowledge.since, peer.knowledge.stamp) == (since, stamp);
+        let others = || self.log.peers().iter().filter(|peer| peer.uav != id && peer.tells(now, lease)).filter(follows);
+        let turn = (now - asks_since) / (2 * lease) % others().count().max(1) as i64;
+        let place = others().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
+        let asked = others().cycle().nth(place).map_or(counting, |peer| peer.uav);
         Some(self.taking.ask(asked))
+    }
+
+    /// Nobody's picture counts but ours.
+    fn trust(&mut self) -> Option<Ask> {
+        (self.doubted_since, self.asks_since) = (None, None);
+        self.taking.reset();
+        None
     }
 
     /// Another's committed picture is ours, as far as can be told by now.
@@ -453,14 +488,20 @@ impl Agent {
             self.doubted_since = None;
             return true;
         }
-        // What is missing may still come.
+        if self.log.lacks(self.history.committed, instant, now) {
+            // What is missing is being said again.
+            self.doubted_since = None;
+            return true;
+        }
         now - *self.doubted_since.get_or_insert(now) <= PATIENCE
     }
 
     /// Takes in a part of another's picture; with the last one that picture takes the place of ours.
     fn take(&mut self, part: &SnapshotPart, now: i64) {
         match self.taking.take(part) {
-            Taken::Nothing | Taken::Part => {}
+            Taken::Nothing => {}
+            // As long as something comes, nobody else is asked.
+            Taken::Part => self.asks_since = Some(self.asks_since.map_or(now, |since| now - (now - since) % (2 * self.log.lease()))),
             Taken::Nonsense => {
                 self.log.refused.count_nonsense(true);
                 self.taking.reset();
@@ -478,7 +519,7 @@ impl Agent {
                 self.history.commit_stamped(instant, digest);
                 self.log.reach_back(instant + 1);
                 self.log.changed_from = instant + 1;
-                (self.doubted_since, self.offer) = (None, Offer::default());
+                (self.doubted_since, self.asks_since, self.offer) = (None, None, Offer::default());
                 self.taking.reset();
             }
         }

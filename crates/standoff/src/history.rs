@@ -10,10 +10,10 @@ use crate::picture::Picture;
 use crate::time::Duration;
 
 /// Of so many committed instants one is stamped; all agents stamp the same.
-const STAMP_EVERY: i64 = 8;
+const STAMP_EVERY: i64 = 16;
 
 /// So many stamps are kept: those that teammates whose log lags by the horizon tell of.
-const STAMPS_KEPT: usize = 160;
+const STAMPS_KEPT: usize = 80;
 
 /// So many instants before now each have a picture of their own; further back they thin out.
 const DENSE: i64 = 8;
@@ -27,13 +27,15 @@ pub(crate) struct History {
     /// Nothing up to this instant can change any more.
     pub(crate) committed: i64,
     /// Pictures by ascending instant; the first is the newest that is kept of those committed.
-    pictures: VecDeque<(i64, Picture)>,
-    spare: Vec<Picture>,
+    pictures: VecDeque<(i64, Box<Picture>)>,
+    spare: Vec<Box<Picture>>,
     /// Instants and digests of committed pictures, ascending.
     stamps: VecDeque<(i64, u64)>,
     lag: i64,
     /// The instant of which groups and duties are.
     acted: i64,
+    /// What that was at the last instant.
+    told: i64,
     /// What is known now with the groups and duties of then; and room for it.
     held_back: [Picture; 2],
     is_held_back: bool,
@@ -51,6 +53,7 @@ impl History {
             stamps: VecDeque::new(),
             lag: (lag_s / period_s).round() as i64,
             acted: -1,
+            told: -1,
             held_back: [Picture::default(), Picture::default()],
             is_held_back: false,
         };
@@ -66,11 +69,23 @@ impl History {
 
     /// Takes over what another knows as of an instant: it is committed.
     pub(crate) fn take_over(&mut self, since: i64, instant: i64, picture: Picture) {
-        (self.since, self.committed, self.acted) = (since, instant, instant);
+        (self.since, self.committed) = (since, instant);
+        (self.acted, self.told) = (instant, instant);
         self.spare.extend(self.pictures.drain(..).map(|(_, picture)| picture));
         self.stamps.clear();
-        self.pictures.push_back((instant, picture));
+        self.pictures.push_back((instant, Box::new(picture)));
         self.is_held_back = false;
+    }
+
+    /// Another instant begins: what was acted on was told.
+    pub(crate) fn turn_over(&mut self) {
+        self.told = self.acted;
+    }
+
+    /// The pictures that have come to be acted on at this instant.
+    pub(crate) fn decided(&self) -> impl Iterator<Item = (i64, &Picture)> {
+        let is_new = |instant: &i64| self.told < *instant && *instant <= self.acted;
+        self.pictures.iter().map(|(instant, picture)| (*instant, &**picture)).filter(move |(instant, _)| is_new(instant))
     }
 
     /// The newest picture there is.
@@ -93,16 +108,11 @@ impl History {
         self.pictures[0].0
     }
 
-    /// In periods.
-    pub(crate) fn lag(&self) -> i64 {
-        self.lag
-    }
-
     /// The picture of an instant, if it is kept.
     pub(crate) fn at(&self, instant: i64) -> Option<&Picture> {
         let place = self.pictures.binary_search_by_key(&instant, |(instant, _)| *instant).ok()?;
         // Of the instant before the first one there is none.
-        Some(&self.pictures[place].1).filter(|_| instant >= self.since)
+        Some(&*self.pictures[place].1).filter(|_| instant >= self.since)
     }
 
     /// Works out the pictures up to now, from the first instant of which something new was heard.
@@ -134,7 +144,7 @@ impl History {
         }
         let is_kept = |instant: i64| {
             let apart = ((now - instant) / dense).max(1) as u64;
-            // Stamps are taken of every eighth.
+            // Those that are stamped stay.
             now - instant <= dense || instant % (apart.next_power_of_two().min(STAMP_EVERY as u64) as i64) == 0
         };
         let mut place = 1;
@@ -186,7 +196,7 @@ impl History {
     pub(crate) fn settle_on(&mut self, log: &Log, now: i64, is_disturbed: bool) {
         let wanted = if is_disturbed { now - self.lag } else { now };
         // Never back: what was acted on stays.
-        self.acted = self.acted.max(wanted).clamp(self.pictures[0].0, now);
+        self.acted = self.told.max(wanted).max(self.pictures[0].0).min(now);
         let later = self.pictures.iter().rev().take_while(|(instant, _)| *instant > self.acted);
         self.is_held_back = later.clone().any(|(_, picture)| picture.is_rearranged);
         if !self.is_held_back {
@@ -197,7 +207,7 @@ impl History {
             return;
         };
         let [first, second] = &mut self.held_back;
-        first.clone_from(&self.pictures[place].1);
+        first.clone_from(&*self.pictures[place].1);
         for instant in self.acted + 1..=now {
             let Some(row) = log.row(instant) else { break };
             let dt = if instant <= self.since { Duration::ZERO } else { log.period };

@@ -10,7 +10,7 @@ mod runs;
 use std::collections::VecDeque;
 
 use crate::log::runs::{Runs, first_of, last_of, number_of_cue};
-use crate::message::{Cue, Held, Knowledge, Report, Speaker};
+use crate::message::{Cue, Held, Knowledge, Message, Report, Speaker};
 use crate::row::{Put, Row, Said, TEAM_MAX};
 use crate::step::Refused;
 use crate::team::TeamParams;
@@ -23,8 +23,11 @@ pub use peer::Presence;
 /// More runs than this in one report are not believed: gaps have a bound.
 pub(crate) const HELD_MAX: usize = 1024;
 
-/// So many instants before what is committed are still listed as held: who hears a report may have missed the one before.
-const LISTED_BEFORE: i64 = 8;
+/// So many instants before what is committed are still listed as held: who hears a report may have missed those before.
+const LISTED_BEFORE: i64 = 40;
+
+/// Long before any instant.
+pub(crate) const NEVER: i64 = i64::MIN / 2;
 
 /// An agent's log.
 #[derive(Debug, Clone)]
@@ -42,8 +45,12 @@ pub(crate) struct Log {
     peers: Vec<Peer>,
     /// What is held of each speaker, by speaker.
     held: Vec<(Speaker, Runs)>,
+    /// How many of the reports heard of late came so many periods late, the last one that or more.
+    delays: [u32; 8],
     /// The earliest instant of which something was heard since the pictures were made.
     pub(crate) changed_from: i64,
+    /// The last instant of which something was missing, here or elsewhere.
+    pub(crate) disturbed_at: i64,
     pub(crate) refused: Refused,
 }
 
@@ -61,7 +68,9 @@ impl Log {
             spare: Vec::new(),
             peers: Vec::new(),
             held: Vec::new(),
+            delays: [0; 8],
             changed_from: i64::MAX,
+            disturbed_at: NEVER,
             refused: Refused::default(),
         }
     }
@@ -71,7 +80,7 @@ impl Log {
         self.spare.extend(self.rows.drain(..));
         self.peers.clear();
         self.held.clear();
-        (self.first, self.changed_from) = (first, i64::MAX);
+        (self.first, self.changed_from, self.disturbed_at) = (first, i64::MAX, NEVER);
     }
 
     /// The instant whose stamp a time is: within a tenth of a period.
@@ -136,6 +145,10 @@ impl Log {
             self.rows.push_front(row);
             self.first -= 1;
         }
+        // What was no matter of this agent's was not learnt.
+        let told: Vec<(i64, Knowledge)> =
+            self.peers.iter().map(|peer| (peer.knows_at, peer.knowledge.clone())).collect();
+        told.iter().for_each(|(instant, knowledge)| self.learn_of_others(knowledge, *instant));
     }
 
     /// Takes the own report in: nobody else need know how late.
@@ -148,7 +161,7 @@ impl Log {
         let Some(instant) = self.instant(report.time).filter(|instant| *instant <= now + self.early()) else {
             return count(&mut self.refused.off_grid);
         };
-        if !is_sound(&report.knowledge) {
+        if !report.knowledge.as_deref().is_none_or(is_sound) {
             return count(&mut self.refused.nonsense);
         }
         if instant <= committed.max(self.first - 1) {
@@ -163,8 +176,28 @@ impl Log {
         }
         match self.put_report(instant, Said::of(report), Some(report)) {
             Put::Refused => count(&mut self.refused.nonsense),
-            Put::New | Put::Known | Put::Instead => {}
+            Put::New => self.note_delay(now - instant),
+            Put::Known | Put::Instead => {}
         }
+    }
+
+    fn note_delay(&mut self, periods: i64) {
+        self.delays[periods.clamp(0, 7) as usize] += 1;
+        // What was long ago counts less and less.
+        if self.delays.iter().sum::<u32>() > 64 {
+            self.delays.iter_mut().for_each(|count| *count /= 2);
+        }
+    }
+
+    /// By how many periods reports are late: most of them, so that what is lost now and then does not count.
+    pub(crate) fn usual_delay(&self) -> i64 {
+        let half = self.delays.iter().sum::<u32>() / 2;
+        let mut sum = 0;
+        let place = self.delays.iter().position(|count| {
+            sum += count;
+            sum > half
+        });
+        place.unwrap_or_default() as i64
     }
 
     fn put_report(&mut self, instant: i64, said: Said, report: Option<&Report>) -> Put {
@@ -210,6 +243,22 @@ impl Log {
         self.note(speaker, number);
     }
 
+    /// The entry of long ago that a message says again: its number. What was lost a moment ago may be said by several.
+    pub(crate) fn said_again(&self, message: &Message, now: i64) -> Option<(Speaker, i64)> {
+        let is_late = |instant: &i64| *instant < now - self.lease;
+        match message {
+            Message::Report(report) => {
+                let instant = self.instant(report.time).filter(is_late)?;
+                Some((Speaker::Uav(report.uav), instant))
+            }
+            Message::Cue(cue) => {
+                let instant = self.instant(cue.said).filter(is_late)?;
+                Some((Speaker::Searcher(cue.searcher), number_of_cue(instant, cue.number)))
+            }
+            Message::Snapshot(_) => None,
+        }
+    }
+
     /// How many periods ahead of the own time something may be: clocks differ, and a message may come before its instant is
     /// observed.
     fn early(&self) -> i64 {
@@ -243,20 +292,27 @@ impl Log {
         let is_own = report.uav == self.own;
         let peer = self.peer_mut(report.uav, instant);
         peer.hear(instant, report.leaves);
-        if is_own || !report.knowledge.is_told || instant <= peer.knows_at {
-            return;
-        }
+        let is_newer = !is_own && instant > peer.knows_at;
+        let Some(knowledge) = report.knowledge.as_deref().filter(|_| is_newer) else { return };
         peer.knows_at = instant;
-        peer.knowledge.clone_from(&report.knowledge);
-        // Whom others have heard is there, too.
-        for run in &report.knowledge.held {
+        peer.knowledge.clone_from(knowledge);
+        // One that is wrong ends with the instants that it names.
+        let disturbed = self.instant_at(knowledge.disturbed).min(instant);
+        self.disturbed_at = self.disturbed_at.max(disturbed);
+        self.learn_of_others(knowledge, instant);
+    }
+
+    /// Whom others have heard is there, too.
+    fn learn_of_others(&mut self, knowledge: &Knowledge, instant: i64) {
+        for run in &knowledge.held {
             if let Speaker::Uav(uav) = run.speaker
-                && run.from >= self.first
+                && run.to >= self.first
                 && run.to <= instant
                 && self.has_room_for(uav)
             {
-                let peer = self.peer_mut(uav, run.from);
-                peer.spoke(run.from);
+                let from = run.from.max(self.first);
+                let peer = self.peer_mut(uav, from);
+                peer.spoke(from);
                 peer.spoke(run.to);
             }
         }
@@ -291,14 +347,27 @@ impl Log {
     /// All is known of an instant that can be known: everyone who was to has reported it and has spoken again since, by
     /// which they have told what else they have heard of it; and none of that is missing here.
     pub(crate) fn is_complete(&self, instant: i64) -> bool {
+        self.is_known(instant, |_| true)
+    }
+
+    /// The same, of some of the peers.
+    pub(crate) fn is_known(&self, instant: i64, of: impl Fn(&Peer) -> bool) -> bool {
         let Some(row) = self.row(instant) else { return false };
-        self.peers.iter().filter(|peer| peer.is_due(instant)).all(|peer| {
+        self.peers.iter().filter(|peer| of(peer)).all(|peer| {
             let speaks_on = peer.left_at == Some(instant) || peer.newest > instant;
+            let has_reported = !peer.is_due(instant) || row.report_of(peer.uav).is_some() && speaks_on;
+            // Who never tells what it has heard is taken at its word.
             let has_told = peer.uav == self.own
                 || peer.left_at.is_some()
-                || peer.knows_at > instant && self.instant_at(peer.knowledge.listed_after) < instant;
-            row.report_of(peer.uav).is_some() && speaks_on && has_told && !self.lacks_of(peer, (instant, instant))
+                || peer.knows_at == NEVER
+                || peer.knows_at > instant;
+            has_reported && has_told && !self.lacks_of(peer, (instant, instant))
         })
+    }
+
+    /// Something is missing here that somebody who is there holds, of the instants up to one.
+    pub(crate) fn lacks(&self, after: i64, to: i64, now: i64) -> bool {
+        self.peers.iter().filter(|peer| peer.tells(now, self.lease)).any(|peer| self.lacks_of(peer, (after + 1, to)))
     }
 
     /// Something is missing here that a peer holds, of these instants.

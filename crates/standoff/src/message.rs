@@ -62,8 +62,6 @@ pub struct Held {
 /// What a speaker knows of the team's log, so that teammates can tell what it lacks.
 #[derive(Debug, Default, PartialEq)]
 pub struct Knowledge {
-    /// `false`: nothing is told here, as where somebody else says the report again.
-    pub is_told: bool,
     /// The instant at which its picture begins, or that of the one it took over: the older picture counts.
     pub since: Time,
     /// The instant up to which its picture cannot change any more: nothing is missing up to there, or it is too late.
@@ -74,6 +72,8 @@ pub struct Knowledge {
     pub listed_after: Time,
     /// The entries that it holds, by speaker, then number.
     pub held: Vec<Held>,
+    /// The last instant of which it knows that words went missing, for it or for others.
+    pub disturbed: Time,
     /// The snapshot that it asks for.
     pub asks: Option<Ask>,
 }
@@ -160,8 +160,8 @@ pub struct Report {
     pub duty: Option<GroupId>,
     /// From the next instant on it is not to be counted on.
     pub leaves: bool,
-    /// What it has heard and knows; nothing where somebody else says its report again.
-    pub knowledge: Knowledge,
+    /// What it has heard and knows; `None` where its report is said again.
+    pub knowledge: Option<Box<Knowledge>>,
 }
 
 /// A target handed over by somebody who searches (the paper assumes that initial target information is given). Of several
@@ -192,7 +192,7 @@ pub struct Cue {
 impl Report {
     /// A report that says where a UAV is, and nothing else.
     pub fn of(uav: UavId, time: Time, state: UavState) -> Self {
-        let (detections, knowledge) = (Vec::new(), Knowledge::default());
+        let (detections, knowledge) = (Vec::new(), None);
         let (boresight, duty, leaves) = (None, None, false);
         Self { uav, epoch: 0, sequence: 0, time, state, boresight, detections, duty, leaves, knowledge }
     }
@@ -224,8 +224,7 @@ impl Clone for Report {
 
     /// Lists take the room of older ones.
     fn clone_from(&mut self, source: &Self) {
-        let (mut detections, mut knowledge) =
-            (core::mem::take(&mut self.detections), core::mem::take(&mut self.knowledge));
+        let (mut detections, mut knowledge) = (core::mem::take(&mut self.detections), self.knowledge.take());
         detections.clone_from(&source.detections);
         knowledge.clone_from(&source.knowledge);
         *self = Self { detections, knowledge, ..*source };
@@ -264,14 +263,14 @@ impl Message {
     /// | kind | 1 |
     /// | report: who and when, 18; state and boresight, 48; duty, 8; flags, 1; number of detections, 2 | 77 |
     /// | each detection: label, range, bearing | 20 |
-    /// | knowledge, where it is told: times, 24; stamp, 16; number of runs, 2 | 42 |
+    /// | knowledge, where it is told: times, 32; stamp, 16; number of runs, 2 | 50 |
     /// | each run of entries held | 19 |
     /// | a request for a snapshot: whom, 2; stamp, 17; parts, 10 | 29 |
     /// | cue | 66 |
     /// | part of a snapshot: head, 32; and its bytes | 32 + n |
     pub fn size_bytes(&self) -> usize {
         match self {
-            Self::Report(report) => Self::report_size_bytes(report, report.knowledge.is_told),
+            Self::Report(report) => Self::report_size_bytes(report, report.knowledge.as_deref()),
             Self::Cue(_) => Self::CUE_SIZE_BYTES,
             Self::Snapshot(part) => 33 + part.bytes.len(),
         }
@@ -279,11 +278,9 @@ impl Message {
 
     pub(crate) const CUE_SIZE_BYTES: usize = 67;
 
-    /// That of a report, with what its speaker knows or without.
-    pub(crate) fn report_size_bytes(report: &Report, with_knowledge: bool) -> usize {
-        let knowledge = &report.knowledge;
-        let asks = knowledge.asks.map_or(0, |_| 29);
-        let told = if with_knowledge { 42 + 19 * knowledge.held.len() + asks } else { 0 };
+    /// That of a report, told with what its speaker knows or without.
+    pub(crate) fn report_size_bytes(report: &Report, told: Option<&Knowledge>) -> usize {
+        let told = told.map_or(0, |told| 50 + 19 * told.held.len() + told.asks.map_or(0, |_| 29));
         78 + 20 * report.detections.len() + told
     }
 }

@@ -41,10 +41,11 @@ impl Flavor for Digest {
     }
 
     fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
+        // Almost all are numbers of eight bytes.
+        if let Ok(word) = bytes.try_into() {
             self.mix(u64::from_le_bytes(word));
+        } else {
+            bytes.iter().for_each(|byte| self.mix(u64::from(*byte)));
         }
         Ok(())
     }

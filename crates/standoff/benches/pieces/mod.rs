@@ -64,15 +64,22 @@ pub fn agent(targets: u32) -> impl FnMut() -> Command {
     for tick in 0..40 {
         team.tick(tick);
     }
-    let (mut now, scans, mut inbox) = team.speak(40);
+    let (_, scans, mut inbox) = team.speak(40);
     let (mut agent, own) = (team.agents[0].clone(), team.states[0]);
-    let mut sequence = 1000;
+    let mut instant = 39;
     move || {
-        now = now + PERIOD;
-        sequence += 1;
+        instant += 1;
+        let at = |instant: i64| Time::from_us(instant * PERIOD.us());
+        let now = at(instant);
         for message in &mut inbox {
             if let Message::Report(report) = message {
-                (report.time, report.sequence) = (now, sequence);
+                (report.time, report.sequence) = (now, 1000 + instant as u32);
+                // As it would say: it has heard all but what is said now.
+                let knowledge = report.knowledge.get_or_insert_default();
+                (knowledge.committed, knowledge.listed_after) = (at(instant - 3), at(instant - 43));
+                let held = |id| Held { speaker: Speaker::Uav(UavId(id)), from: instant - 42, to: instant - 1 };
+                knowledge.held.clear();
+                knowledge.held.extend([0, 1].map(held));
             }
         }
         step(&mut agent, now, &own, scan_of(&scans[0]), &inbox).command

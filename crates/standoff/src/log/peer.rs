@@ -1,5 +1,6 @@
 //! Who is there, and what each has heard.
 
+use crate::log::NEVER;
 use crate::message::{Ask, Held, Knowledge, Speaker};
 use crate::uav::UavId;
 
@@ -32,7 +33,7 @@ pub(crate) struct Peer {
 
 impl Peer {
     pub(crate) fn new(uav: UavId, instant: i64) -> Self {
-        let (first, newest, knows_at) = (instant, instant, i64::MIN);
+        let (first, newest, knows_at) = (instant, instant, NEVER);
         Self { uav, first, newest, left_at: None, knows_at, knowledge: Knowledge::default() }
     }
 

@@ -1,8 +1,9 @@
 //! What is said again, and to whom it is left.
 //!
 //! A report tells what its sender held when it spoke. What it lacked then is said again: by whose entry it is, if that one
-//! is there and heard; else by those who hold it in turn. Nothing is said again before an answer can have come, and no more
-//! than the budget allows; the newest first, since that is what steers.
+//! is there and heard; else by those who hold it in turn. Nothing is said again that is late as all is, or before an answer
+//! can have come, and no more than the budget allows; in turn the newest first, which steers, and the oldest, which holds
+//! up what is committed.
 
 use crate::log::peer::Peer;
 use crate::log::runs::{first_of, instant_of, last_of};
@@ -12,7 +13,7 @@ use crate::message::{Cue, Message, Report, Speaker};
 /// After so many periods whoever holds an entry says it: the one whose turn it was is not heard.
 const OTHERS_AFTER: i64 = 4;
 
-/// An entry that was said again, and when.
+/// An entry that was said again, by whomever, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Sent {
     speaker: Speaker,
@@ -23,12 +24,13 @@ struct Sent {
 /// What an agent says again.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repair {
-    /// By speaker and number.
     sent: Vec<Sent>,
     /// Instant, speaker and number of what is missing somewhere.
     wanted: Vec<(i64, Speaker, i64)>,
     /// What may be sent, bytes; below 0, what was sent in advance.
     budget_bytes: f64,
+    /// Half of what may be saved.
+    half_bytes: f64,
 }
 
 impl Repair {
@@ -37,6 +39,7 @@ impl Repair {
         // A second's worth at most is saved, or a period's where that is longer.
         let most = bytes_per_s * period_s.max(1.0);
         self.budget_bytes = (self.budget_bytes + bytes_per_s * period_s).min(most);
+        self.half_bytes = 0.5 * most;
     }
 
     pub(crate) fn spend(&mut self, bytes: usize) {
@@ -52,30 +55,43 @@ impl Repair {
         self.sent.clear();
     }
 
+    /// An entry was said again at an instant, here or by others: whoever lacks it may have heard it now.
+    pub(crate) fn note(&mut self, speaker: Speaker, number: i64, at: i64) {
+        match self.sent.iter_mut().find(|sent| (sent.speaker, sent.number) == (speaker, number)) {
+            Some(sent) => sent.at = at,
+            None => self.sent.push(Sent { speaker, number, at }),
+        }
+    }
+
     /// Says what others lack, at an instant.
     pub(crate) fn say(&mut self, log: &Log, now: i64, mut tell: impl FnMut(Again)) -> bool {
         self.sent.retain(|sent| now - sent.at <= log.lease());
         self.wanted.clear();
         let tells = |peer: &&Peer| peer.uav != log.own && peer.tells(now, log.lease());
+        // While there is enough, two say it: one may not have heard the question, or not be heard.
+        let voices = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
         for peer in log.peers.iter().filter(tells) {
             let committed = log.instant_at(peer.knowledge.committed);
-            let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1);
+            let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - log.usual_delay());
             for (speaker, runs) in log.held.iter().filter(|(speaker, _)| *speaker != Speaker::Uav(peer.uav)) {
                 let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
                 runs.without(peer.held(*speaker), (first, last), |number| {
                     let entry = (instant_of(*speaker, number), *speaker, number);
                     // One that was said again may be on its way, or was lost: the next report tells.
                     let sent = self.sent.iter().find(|sent| (sent.speaker, sent.number) == (*speaker, number));
-                    let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at);
-                    if is_answered && self.wanted.len() < WANTED_MAX && log.is_mine_to_say(entry, peer, now) {
+                    let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at + log.usual_delay());
+                    if is_answered && self.wanted.len() < WANTED_MAX && log.is_mine_to_say(entry, peer, (now, voices)) {
                         self.wanted.push(entry);
                     }
                 });
             }
         }
         let is_wanted = !self.wanted.is_empty();
-        self.wanted.sort_unstable_by(|a, b| b.cmp(a));
+        self.wanted.sort_unstable();
         self.wanted.dedup();
+        if now % 2 == 0 {
+            self.wanted.reverse();
+        }
         for place in 0..self.wanted.len() {
             let (instant, speaker, number) = self.wanted[place];
             if self.is_spent() {
@@ -91,8 +107,7 @@ impl Repair {
             };
             let Some(said) = said else { continue };
             self.spend(said.size_bytes());
-            self.sent.retain(|sent| (sent.speaker, sent.number) != (speaker, number));
-            self.sent.push(Sent { speaker, number, at: now });
+            self.note(speaker, number, now);
             tell(said);
         }
         is_wanted
@@ -113,7 +128,7 @@ impl Again<'_> {
     fn size_bytes(self) -> usize {
         match self {
             // What its speaker has told of itself is not told again.
-            Self::Report(report) => Message::report_size_bytes(report, false),
+            Self::Report(report) => Message::report_size_bytes(report, None),
             Self::Cue(_) => Message::CUE_SIZE_BYTES,
         }
     }
@@ -121,18 +136,24 @@ impl Again<'_> {
 
 impl Log {
     /// Whether this agent is the one to say an entry again that a peer lacks.
-    fn is_mine_to_say(&self, (instant, speaker, number): (i64, Speaker, i64), peer: &Peer, now: i64) -> bool {
+    fn is_mine_to_say(
+        &self,
+        (instant, speaker, number): (i64, Speaker, i64),
+        peer: &Peer,
+        (now, voices): (i64, usize),
+    ) -> bool {
         let own = Speaker::Uav(self.own);
         if speaker == own {
             return true;
         }
         let is_there = |other: &&Peer| other.uav == self.own || other.tells(now, 2);
+        let mut others = voices;
         if let Speaker::Uav(uav) = speaker {
             // Whose it is says it, if that one is there and the peer hears it.
             let is_heard = peer.held(speaker).last().is_some_and(|run| run.to >= peer.knows_at - OTHERS_AFTER);
             let is_its = is_heard && self.peers.iter().filter(is_there).any(|other| other.uav == uav);
             if is_its && now - instant <= OTHERS_AFTER {
-                return false;
+                others -= 1;
             }
         }
         // Those who hold it take turns.
@@ -141,8 +162,9 @@ impl Log {
                 || self.instant_at(other.knowledge.committed) >= instant
                 || other.held(speaker).iter().any(|run| run.from <= number && number <= run.to)
         };
-        let holders = || self.peers.iter().filter(is_there).filter(holds).filter(|other| other.uav != peer.uav);
+        let is_asked = |other: &&Peer| other.uav != peer.uav && Speaker::Uav(other.uav) != speaker;
+        let holders = || self.peers.iter().filter(is_asked).filter(is_there).filter(holds);
         let turn = (now + number).rem_euclid(holders().count().max(1) as i64);
-        holders().nth(turn as usize).is_none_or(|other| other.uav == self.own)
+        holders().cycle().skip(turn as usize).take(others).any(|other| other.uav == self.own)
     }
 }
