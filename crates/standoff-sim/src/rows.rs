@@ -114,9 +114,9 @@ pub fn picture(picture: &Picture, beliefs: &mut Beliefs) {
     state(picture, beliefs);
 }
 
-/// Adds what an agent believes and intends, and what it has decided.
+/// Adds what an agent believes and intends, and what it tells.
 pub fn agent(agent: &Agent, beliefs: &mut Beliefs) {
-    agent.decided().for_each(|(picture, _)| events(picture, beliefs));
+    agent.told().for_each(|(picture, _)| events(picture, beliefs));
     state(agent.picture(), beliefs);
 }
 

@@ -175,11 +175,12 @@ impl Agent {
         self.history.head()
     }
 
-    /// The pictures whose events the last decision has come to act on, and whether each is provisional: told before all was
-    /// known of its instant. With nothing missing, that is the picture of now; while words go missing, those of the decision
-    /// lag ago.
-    pub fn decided(&self) -> impl Iterator<Item = (&Picture, bool)> {
-        self.history.decided().map(|(instant, picture)| (picture, instant > self.history.committed && self.log.is_awaited(instant)))
+    /// The pictures whose events are told with the last decision, and whether each is provisional: it may still change. With
+    /// nothing missing, that is the picture of now; while words go missing, events are told when they are certain, or likely.
+    pub fn told(&self) -> impl Iterator<Item = (&Picture, bool)> {
+        self.history.told().map(|(instant, picture)| {
+            (picture, instant > self.history.committed && (self.is_disturbed() || self.log.is_awaited(instant)))
+        })
     }
 
     /// The instant up to which nothing can change any more; `None` before the first.
@@ -423,7 +424,7 @@ impl Agent {
     fn offered_instant(&self, now: i64) -> i64 {
         let committed = self.history.committed;
         if now - committed <= OLD || self.counting(now).is_some() {
-            return self.history.kept_from();
+            return self.history.base_instant();
         }
         let follows_ours = |peer: &Peer| {
             let stamp = peer.knowledge.stamp;

@@ -26,16 +26,18 @@ pub(crate) struct History {
     pub(crate) since: i64,
     /// Nothing up to this instant can change any more.
     pub(crate) committed: i64,
-    /// Pictures by ascending instant; the first is the newest that is kept of those committed.
+    /// Pictures by ascending instant; the first is committed, acted on and told.
     pictures: VecDeque<(i64, Box<Picture>)>,
     spare: Vec<Box<Picture>>,
     /// Instants and digests of committed pictures, ascending.
     stamps: VecDeque<(i64, u64)>,
     lag: i64,
-    /// The instant of which groups and duties are.
+    /// The instant of which groups and duties are, and what that was when this instant began.
     acted: i64,
-    /// What that was at the last instant.
+    acted_before: i64,
+    /// The instant up to which events are told; before this instant.
     told: i64,
+    told_before: i64,
     /// What is known now with the groups and duties of then; and room for it.
     held_back: [Picture; 2],
     is_held_back: bool,
@@ -53,7 +55,9 @@ impl History {
             stamps: VecDeque::new(),
             lag: (lag_s / period_s).round() as i64,
             acted: -1,
+            acted_before: -1,
             told: -1,
+            told_before: -1,
             held_back: [Picture::default(), Picture::default()],
             is_held_back: false,
         };
@@ -70,21 +74,22 @@ impl History {
     /// Takes over what another knows as of an instant: it is committed.
     pub(crate) fn take_over(&mut self, since: i64, instant: i64, picture: Picture) {
         (self.since, self.committed) = (since, instant);
-        (self.acted, self.told) = (instant, instant);
+        (self.acted, self.acted_before) = (instant, instant);
+        (self.told, self.told_before) = (instant, instant);
         self.spare.extend(self.pictures.drain(..).map(|(_, picture)| picture));
         self.stamps.clear();
         self.pictures.push_back((instant, Box::new(picture)));
         self.is_held_back = false;
     }
 
-    /// Another instant begins: what was acted on was told.
+    /// Another instant begins.
     pub(crate) fn turn_over(&mut self) {
-        self.told = self.acted;
+        (self.acted_before, self.told_before) = (self.acted, self.told);
     }
 
-    /// The pictures that have come to be acted on at this instant.
-    pub(crate) fn decided(&self) -> impl Iterator<Item = (i64, &Picture)> {
-        let is_new = |instant: &i64| self.told < *instant && *instant <= self.acted;
+    /// The pictures whose events are told at this instant.
+    pub(crate) fn told(&self) -> impl Iterator<Item = (i64, &Picture)> {
+        let is_new = |instant: &i64| self.told_before < *instant && *instant <= self.told;
         self.pictures.iter().map(|(instant, picture)| (*instant, &**picture)).filter(move |(instant, _)| is_new(instant))
     }
 
@@ -100,10 +105,17 @@ impl History {
 
     /// The newest that is kept of the pictures that cannot change any more.
     pub(crate) fn base(&self) -> &Picture {
-        &self.pictures[0].1
+        let committed = self.pictures.iter().take_while(|(instant, _)| *instant <= self.committed);
+        &self.pictures[committed.count().max(1) - 1].1
     }
 
-    /// Its instant: rows after it are needed.
+    /// Its instant.
+    pub(crate) fn base_instant(&self) -> i64 {
+        let committed = self.pictures.iter().take_while(|(instant, _)| *instant <= self.committed);
+        committed.last().map_or(self.committed, |(instant, _)| *instant)
+    }
+
+    /// The instant after which rows are needed.
     pub(crate) fn kept_from(&self) -> i64 {
         self.pictures[0].0
     }
@@ -117,7 +129,7 @@ impl History {
 
     /// Works out the pictures up to now, from the first instant of which something new was heard.
     pub(crate) fn follow(&mut self, log: &mut Log, now: i64) {
-        let changed = log.changed_from.max(self.pictures[0].0 + 1);
+        let changed = log.changed_from.max(self.committed.min(self.pictures[self.pictures.len() - 1].0) + 1);
         log.changed_from = i64::MAX;
         while let Some((_, picture)) = self.pictures.pop_back_if(|(instant, _)| *instant >= changed) {
             self.spare.push(picture);
@@ -159,14 +171,16 @@ impl History {
 
     /// Nothing up to this instant changes any more.
     pub(crate) fn commit(&mut self, to: i64) {
-        self.committed = self.committed.max(to);
-        while self.pictures.len() > 1 && self.pictures[1].0 <= self.committed {
+        let before = self.committed;
+        self.committed = before.max(to);
+        let is_stamped = |instant: i64| before < instant && instant <= to && instant % STAMP_EVERY == 0;
+        for (instant, picture) in self.pictures.iter().filter(|(instant, _)| is_stamped(*instant)) {
+            self.stamps.push_back((*instant, picture.digest()));
+        }
+        let needed = self.committed.min(self.acted_before).min(self.told_before);
+        while self.pictures.len() > 1 && self.pictures[1].0 <= needed {
             let Some((_, old)) = self.pictures.pop_front() else { break };
             self.spare.push(old);
-            let (instant, picture) = &self.pictures[0];
-            if instant % STAMP_EVERY == 0 {
-                self.stamps.push_back((*instant, picture.digest()));
-            }
         }
         while self.stamps.len() > STAMPS_KEPT {
             self.stamps.pop_front();
@@ -196,7 +210,10 @@ impl History {
     pub(crate) fn settle_on(&mut self, log: &Log, now: i64, is_disturbed: bool) {
         let wanted = if is_disturbed { now - self.lag } else { now };
         // Never back: what was acted on stays.
-        self.acted = self.told.max(wanted).max(self.pictures[0].0).min(now);
+        self.acted = self.acted_before.max(wanted).min(now);
+        // What may still change is told when that has become unlikely.
+        let likely = self.committed.max(now - self.lag - DENSE);
+        self.told = if is_disturbed { self.acted.min(likely).max(self.told_before) } else { self.acted };
         let later = self.pictures.iter().rev().take_while(|(instant, _)| *instant > self.acted);
         self.is_held_back = later.clone().any(|(_, picture)| picture.is_rearranged);
         if !self.is_held_back {
