@@ -29,7 +29,7 @@ use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Stamp};
 use crate::param::ParamError;
 use crate::picture::Picture;
 use crate::pilot::Pilot;
-use crate::row::{Put, Said, keep_sound};
+use crate::row::{Put, Said};
 use crate::snapshot::{Offer, Taken, Taking};
 use crate::step::{Observation, Refused, Step};
 use crate::team::TeamParams;
@@ -350,24 +350,22 @@ impl Agent {
             return;
         }
         let asks = self.doubt(now);
-        let mut report = match self.outbox.first_mut() {
-            Some(Message::Report(old)) => core::mem::replace(old, Report::of(uav, Time::START, *own)),
-            _ => Report::of(uav, Time::START, *own),
-        };
-        (report.uav, report.epoch, report.sequence) = (uav, self.epoch, self.sequence);
-        (report.time, report.state, report.boresight) = (self.log.time(now), *own, scan.boresight);
-        (report.duty, report.leaves) = (duty, leaves);
-        keep_sound(scan.detections, &mut report.detections);
-        let knowledge = report.knowledge.get_or_insert_default();
-        knowledge.since = self.log.time(self.history.since);
-        knowledge.committed = self.log.time(self.history.committed);
-        knowledge.stamp = self.history.stamp(&self.log);
-        knowledge.disturbed = self.log.time(self.log.disturbed_at);
-        knowledge.asks = asks;
-        self.log.list(self.history.committed, knowledge);
-        match self.outbox.first_mut() {
-            Some(first) => *first = Message::Report(report),
-            None => self.outbox.push(Message::Report(report)),
+        let Self { id, epoch, sequence, log, history, outbox, .. } = self;
+        if !matches!(outbox.first(), Some(Message::Report(_))) {
+            outbox.insert(0, Message::Report(Report::of(*id, Time::START, *own)));
+        }
+        if let (Some(Message::Report(report)), Some(said)) = (outbox.first_mut(), log.row(now).and_then(|row| row.report_of(uav))) {
+            (report.uav, report.epoch, report.sequence) = (uav, *epoch, *sequence);
+            (report.time, report.state, report.boresight) = (said.time, *own, scan.boresight);
+            (report.duty, report.leaves) = (duty, leaves);
+            report.detections.clone_from(&said.detections);
+            let knowledge = report.knowledge.get_or_insert_default();
+            knowledge.since = log.time(history.since);
+            knowledge.committed = log.time(history.committed);
+            knowledge.stamp = history.stamp(log);
+            knowledge.disturbed = log.time(log.disturbed_at);
+            knowledge.asks = asks;
+            log.list(history.committed, knowledge);
         }
         self.said = 1;
         self.offer_snapshot(now);

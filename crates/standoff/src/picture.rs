@@ -82,8 +82,8 @@ pub(crate) struct Scratch {
     /// Who was in each group before that was settled.
     before: Roster,
     settling: Room,
-    /// Which reports of the row count, by place.
-    counts: Vec<bool>,
+    /// Whose report does not count; hardly ever anybody's.
+    impossible: Vec<UavId>,
 }
 
 impl Picture {
@@ -171,12 +171,12 @@ impl Picture {
         self.memberships.tracks_mut().for_each(|track| track.predict(news.transition));
         self.memberships.forget_lost(Duration::from_s(params.track.forget_lost_s));
         self.take_cues(news, params);
-        self.weigh_reports(previous, news, params, &mut scratch.counts);
+        self.weigh_reports(previous, news, params, &mut scratch.impossible);
         self.measure(news.row, &params.track.sensor, scratch);
         self.update_tracks(previous, news, params, scratch);
         self.start_tracks(params, scratch);
 
-        self.gather_team(previous, news, params, &scratch.counts);
+        self.gather_team(previous, news, params, &scratch.impossible);
         scratch.before.copy(self.memberships.roster());
         if !news.is_carried_on {
             Settling {
@@ -222,7 +222,7 @@ impl Picture {
     ///
     /// Implements the sums of Eq. (10), (11).
     fn measure(&self, row: &Row, sensor: &SensorParams, scratch: &mut Scratch) {
-        let Scratch { measured, trackless, counts, .. } = scratch;
+        let Scratch { measured, trackless, impossible, .. } = scratch;
         measured.clear();
         measured.resize(self.known().len(), None);
         trackless.clear();
@@ -239,7 +239,7 @@ impl Picture {
                 *measured[*place].get_or_insert_default() += contribution;
             }
         };
-        for report in counting(row, counts) {
+        for report in counting(row, impossible) {
             let (from, mut next) = (report.state.position, 0);
             for detection in &report.detections {
                 let id = TrackId::of(detection.label);
@@ -271,7 +271,7 @@ impl Picture {
     fn update_tracks(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &Scratch) {
         let sensor = &params.track.sensor;
         let should_be_seen = |position: Position, clearance_m: f64| {
-            counting(news.row, &scratch.counts).any(|report| {
+            counting(news.row, &scratch.impossible).any(|report| {
                 report.boresight.is_some_and(|boresight| {
                     sensor.well_in_view(report.state.position, boresight, position, clearance_m)
                 })
@@ -327,9 +327,8 @@ impl Picture {
 
     /// Which reports count: not those of a UAV that is where it could not have come to since it was heard last. If it stays
     /// there, it is a new one once the other is forgotten.
-    fn weigh_reports(&mut self, previous: &Picture, news: &News, params: &TeamParams, counts: &mut Vec<bool>) {
-        counts.clear();
-        self.impossible = 0;
+    fn weigh_reports(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &mut Vec<UavId>) {
+        impossible.clear();
         let mut mates = previous.team.iter().peekable();
         for report in news.row.reports() {
             while mates.next_if(|mate| mate.uav < report.uav).is_some() {}
@@ -338,23 +337,25 @@ impl Picture {
                 let reach_m = 2.0 * params.uav.speed_max_m_s() * (news.now - mate.said_at).s() + JUMP_M;
                 report.state.position.squared_distance_m2(mate.said.position) <= reach_m * reach_m
             });
-            self.impossible += u32::from(!is_possible);
-            counts.push(is_possible);
+            if !is_possible {
+                impossible.push(report.uav);
+            }
         }
+        self.impossible = impossible.len() as u32;
     }
 
     /// The team: every UAV heard of late, and the group it served until now.
-    fn gather_team(&mut self, previous: &Picture, news: &News, params: &TeamParams, counts: &[bool]) {
+    fn gather_team(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &[UavId]) {
         self.team.clear();
         let mut silent = previous.team.iter().filter(|mate| is_of_late(mate, news.now, params)).peekable();
-        let mut room = TEAM_MAX - counts.iter().filter(|counts| **counts).count();
+        let mut room = TEAM_MAX - (news.row.reports().len() - impossible.len());
         let mut carry_on = |mate: &Teammate, team: &mut Vec<Teammate>| {
             if room > 0 {
                 room -= 1;
                 team.push(mate.carried_on(news.now, params.radio, previous.duty_of(mate.uav)));
             }
         };
-        for report in counting(news.row, counts) {
+        for report in counting(news.row, impossible) {
             while let Some(mate) = silent.next_if(|mate| mate.uav < report.uav) {
                 carry_on(mate, &mut self.team);
             }
@@ -530,8 +531,8 @@ impl Picture {
 const JUMP_M: f64 = 100.0;
 
 /// The reports of a row that count.
-fn counting<'a>(row: &'a Row, counts: &'a [bool]) -> impl Iterator<Item = &'a Report> + Clone {
-    row.reports().iter().zip(counts).filter(|(_, counts)| **counts).map(|(report, _)| report)
+fn counting<'a>(row: &'a Row, impossible: &'a [UavId]) -> impl Iterator<Item = &'a Report> + Clone {
+    row.reports().iter().filter(|report| impossible.is_empty() || !impossible.contains(&report.uav))
 }
 
 /// The UAV has been heard within the lease, and has not said that it leaves.

@@ -139,7 +139,7 @@ impl Row {
 }
 
 /// Makes `kept` what is sound of a scan, by ascending label, no label twice.
-pub(crate) fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
+fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
     kept.clear();
     kept.extend_from_slice(detections);
     if !kept.iter().all(Detection::is_sound) {

@@ -8,7 +8,7 @@ use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::{Known, Membership};
 use crate::coordination::settling::Settling;
 use crate::frame::Position;
-use crate::team::GroupCount;
+use crate::team::{GroupCount, Radio};
 use crate::time::Duration;
 
 impl Settling<'_> {
@@ -54,9 +54,14 @@ impl Settling<'_> {
         self.events.push(Event::of_group(EventKind::GroupFounded { members, reason }, id));
     }
 
-    /// Ends the group with the fewest members; of equals the youngest.
+    /// Ends the group with the fewest members; of equals the youngest. Where words are lost, those go first that none of
+    /// the UAVs that are heard serves: who serves them may only be out of hearing, and keep them.
     pub(super) fn dissolve_smallest(&mut self) {
-        let smallest = self.memberships.groups().iter().rev().min_by_key(|id| self.members(**id).count()).copied();
+        let is_kept = |id: &GroupId| {
+            self.params.radio == Radio::Fallible && self.team.iter().any(|mate| mate.group == Some(*id))
+        };
+        let size = |id: &&GroupId| (is_kept(id), self.members(**id).count());
+        let smallest = self.memberships.groups().iter().rev().min_by_key(size).copied();
         if let Some(id) = smallest {
             self.dissolve(id, DissolutionReason::TooMany);
         }
