@@ -17,6 +17,8 @@ impl GroupId {
         let of_whom = members.fold(0xCBF2_9CE4_8422_2325_u64, |hash, track| {
             (hash ^ u64::from(track.0)).wrapping_mul(0x0000_0100_0000_01B3)
         });
+        // What the last member changes in the low bits is to be told in the high ones, too.
+        let of_whom = (of_whom ^ of_whom >> 32).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
         let us = now.us().clamp(0, (1 << 47) - 1) as u64;
         Self((us << 16 | of_whom >> 48).max(last.0.saturating_add(1)))
     }
