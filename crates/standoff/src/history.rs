@@ -28,6 +28,7 @@ pub(crate) struct History {
     pub(crate) committed: i64,
     /// Pictures by ascending instant; the first is committed, acted on and told.
     pictures: VecDeque<(i64, Box<Picture>)>,
+    #[expect(clippy::vec_box, reason = "whole boxes go there and come back")]
     spare: Vec<Box<Picture>>,
     /// Instants and digests of committed pictures, ascending.
     stamps: VecDeque<(i64, u64)>,
@@ -131,8 +132,8 @@ impl History {
     pub(crate) fn follow(&mut self, log: &mut Log, now: i64) {
         let changed = log.changed_from.max(self.committed.min(self.pictures[self.pictures.len() - 1].0) + 1);
         log.changed_from = i64::MAX;
-        while let Some((_, picture)) = self.pictures.pop_back_if(|(instant, _)| *instant >= changed) {
-            self.spare.push(picture);
+        while self.pictures.back().is_some_and(|(instant, _)| *instant >= changed) {
+            self.spare.extend(self.pictures.pop_back().map(|(_, picture)| picture));
         }
         let mut last = self.pictures[self.pictures.len() - 1].0;
         while last < now {

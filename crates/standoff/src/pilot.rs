@@ -83,7 +83,7 @@ impl Pilot<'_> {
         let on_orbit = match self.on_orbit_as_heard(observation, group.id) {
             Some(known) => known,
             None => {
-                anew = OnOrbit::of(guidance, own.position, &group.orbit(&self.params));
+                anew = OnOrbit::of(guidance, own.position, &group.orbit(self.params));
                 &anew
             }
         };
@@ -154,7 +154,7 @@ impl Pilot<'_> {
     }
 
     fn search_area(&self, id: UavId) -> Option<SearchArea> {
-        SearchArea::of(self.picture.searched_by(id)?, 0.0, &self.params)
+        SearchArea::of(self.picture.searched_by(id)?, 0.0, self.params)
     }
 
     /// The group's centre, or the middle of its members; without a group, where it searches, or where something was last
