@@ -53,7 +53,7 @@ impl History {
             committed: -1,
             pictures: VecDeque::new(),
             spare: Vec::new(),
-            stamps: VecDeque::new(),
+            stamps: VecDeque::with_capacity(STAMPS_KEPT + 1),
             lag: (lag_s / period_s).round() as i64,
             acted: -1,
             acted_before: -1,

@@ -102,6 +102,8 @@ impl Row {
             Err(_) if self.reports.len() >= TEAM_MAX => return Put::Refused,
             Err(index) => {
                 let report = self.spare.pop().unwrap_or_else(|| Report::of(uav, self.time, *state));
+                // So that to open the row again takes no more room.
+                self.spare.reserve(self.reports.len() + 1);
                 self.reports.insert(index, report);
                 (index, Put::New)
             }
