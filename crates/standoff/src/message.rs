@@ -266,7 +266,7 @@ impl Message {
     /// | knowledge, where it is told: times, 32; stamp, 16; number of runs, 2 | 50 |
     /// | each run of entries held | 19 |
     /// | a request for a snapshot: whom, 2; stamp, 17; parts, 10 | 29 |
-    /// | cue | 66 |
+    /// | cue | 72 |
     /// | part of a snapshot: head, 32; and its bytes | 32 + n |
     pub fn size_bytes(&self) -> usize {
         match self {
@@ -276,7 +276,7 @@ impl Message {
         }
     }
 
-    pub(crate) const CUE_SIZE_BYTES: usize = 67;
+    pub(crate) const CUE_SIZE_BYTES: usize = 73;
 
     /// That of a report, told with what its speaker knows or without.
     pub(crate) fn report_size_bytes(report: &Report, told: Option<&Knowledge>) -> usize {

@@ -6,7 +6,7 @@
 #[path = "../examples/companion/main.rs"]
 mod companion;
 
-use companion::{Companion, fly, line, vehicles};
+use companion::{Companion, fly, line, vehicles, wire};
 use standoff::*;
 
 /// How far a UAV is, at the end, from an orbit of `r_d_m` about the true centroid, m.
@@ -53,6 +53,63 @@ fn without_a_radio_each_holds_the_orbit_by_itself() {
     for uav in &team {
         let error_m = error_m(uav, Time::from_us(120_500_000), seen.last().unwrap().0);
         assert!(error_m < 10.0, "{error_m} m");
+    }
+}
+
+/// What is heard is what was said, to the bit, and takes as many bytes as the library tells; what was cut short, or goes on,
+/// is no message, and no bytes are trouble.
+#[test]
+fn a_message_comes_through_as_it_was_said() {
+    let own = UavState {
+        position: Position::from_m(0.1, -2e5),
+        heading: Angle::from_rad(-3.0),
+        speed_m_s: 41.5,
+        turn_rate_rad_s: -0.1,
+    };
+    let plain = Report::of(UavId(7), Time::from_us(-5), own);
+    let stamp = Stamp { time: Time::from_us(9), digest: u64::MAX - 1 };
+    let measurement = RangeBearing { range_m: 512.25, bearing: Angle::from_rad(1.5) };
+    let held = |speaker, from| Held { speaker, from, to: from + 70_000 };
+    let knowledge = |asks| Knowledge {
+        since: Time::from_us(1),
+        committed: Time::from_us(2),
+        stamp,
+        listed_after: Time::from_us(3),
+        disturbed: Time::from_us(i64::MIN),
+        held: vec![held(Speaker::Uav(UavId(4)), 8), held(Speaker::Searcher(65_535), -1)],
+        asks,
+    };
+    let ask = |stamp| Some(Ask { of: UavId(65_535), stamp, next: 3, after: 1 << 63 });
+    let said = |asks| Report {
+        epoch: 3,
+        sequence: u32::MAX,
+        boresight: Some(Angle::from_rad(0.25)),
+        detections: vec![Detection { label: TargetLabel(u32::MAX), measurement }; 3],
+        duty: Some(GroupId(u64::MAX)),
+        leaves: true,
+        knowledge: Some(Box::new(knowledge(asks))),
+        ..plain.clone()
+    };
+    let cue = Cue {
+        searcher: 9,
+        said: Time::from_us(i64::MIN),
+        number: 65_535,
+        label: TargetLabel(2),
+        time: Time::from_us(i64::MAX),
+        position: Position::from_m(1.0, 2.0),
+        velocity: Velocity::from_m_s(3.0, 4.0),
+        position_sd_m: 5.0,
+        velocity_sd_m_s: 6.0,
+    };
+    let part = SnapshotPart { uav: UavId(1), since: Time::from_us(4), stamp, index: 5, count: 6, bytes: vec![7; 512] };
+    let reports = [plain.clone(), said(None), said(ask(None)), said(ask(Some(stamp)))].map(Message::Report);
+    for message in reports.into_iter().chain([Message::Cue(cue), Message::Snapshot(part)]) {
+        let mut bytes = wire::encode(&message);
+        assert_eq!(wire::decode(&bytes), Some(message.clone()));
+        assert_eq!(bytes.len(), message.size_bytes(), "{message:?}");
+        assert!((0..bytes.len()).all(|length| wire::decode(&bytes[..length]).is_none()));
+        bytes.push(0);
+        assert_eq!(wire::decode(&bytes), None);
     }
 }
 

@@ -5,7 +5,7 @@
 //! cargo run -p standoff --example companion -- SECONDS LOSE_EVERY
 //! ```
 
-mod wire;
+pub(crate) mod wire;
 
 use std::env;
 use std::process::ExitCode;
@@ -64,11 +64,9 @@ impl Companion {
         for message in self.agent.outbox(&observation) {
             self.sent += 1;
             let is_lost = lose_every > 0 && self.sent.is_multiple_of(lose_every);
-            if let Message::Report(report) = message
-                && !is_lost
-            {
+            if !is_lost {
                 // Whether anybody hears it, the agent need not know.
-                let _ = self.to_teammate.send(wire::encode(report));
+                let _ = self.to_teammate.send(wire::encode(message));
             }
         }
         observation
@@ -76,8 +74,8 @@ impl Companion {
 
     /// Second half, when no more messages are waited for: take in what has come, decide, and act.
     fn decide(&mut self, observation: &Observation, cues: &[Message]) -> Diagnostics {
-        let reports = self.from_teammate.try_iter().filter_map(|bytes| wire::decode(&bytes));
-        for message in cues.iter().cloned().chain(reports.map(Message::Report)) {
+        let heard = self.from_teammate.try_iter().filter_map(|bytes| wire::decode(&bytes));
+        for message in cues.iter().cloned().chain(heard) {
             self.agent.hear(observation, &message);
         }
         let step = self.agent.decide(observation);
@@ -122,7 +120,17 @@ pub(crate) fn vehicles(now: Time) -> impl Iterator<Item = (TargetLabel, Position
 
 fn cue(time: Time, (label, position, velocity): (TargetLabel, Position, Velocity)) -> Message {
     let (searcher, said, number) = (0, time, label.0 as u16);
-    Message::Cue(Cue { searcher, said, number, label, time, position, velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0 })
+    Message::Cue(Cue {
+        searcher,
+        said,
+        number,
+        label,
+        time,
+        position,
+        velocity,
+        position_sd_m: 20.0,
+        velocity_sd_m_s: 2.0,
+    })
 }
 
 /// What is printed of an instant.

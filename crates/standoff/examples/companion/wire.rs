@@ -1,45 +1,213 @@
-//! A report as bytes, for a radio that carries nothing else.
+//! A message as bytes, for a radio that carries nothing else.
 
-use standoff::{Angle, Detection, Position, RangeBearing, Report, TargetLabel, Time, UavId, UavState};
+use standoff::*;
 
-/// 68 bytes and 20 for each detection, little-endian; numbers go as they are, for all must compute with the same bits.
-pub(crate) fn encode(report: &Report) -> Vec<u8> {
-    let Report { uav, epoch, sequence, time, state, boresight, detections } = report;
-    let UavState { position, heading, speed_m_s, turn_rate_rad_s } = state;
-    let mut bytes = [uav.0, *epoch, *sequence].map(u32::to_le_bytes).concat();
-    bytes.extend(time.us().to_le_bytes());
-    let boresight_rad = boresight.map_or(f64::NAN, Angle::rad);
-    let numbers = [position.x_m(), position.y_m(), heading.rad(), *speed_m_s, *turn_rate_rad_s, boresight_rad];
-    bytes.extend(numbers.map(f64::to_le_bytes).concat());
-    for Detection { label, measurement } in detections {
-        bytes.extend(label.0.to_le_bytes());
-        bytes.extend([measurement.range_m, measurement.bearing.rad()].map(f64::to_le_bytes).concat());
+/// As many bytes as [`Message::size_bytes`] tells, little-endian; numbers go as they are, for all must compute with the same
+/// bits. UAVs and searchers have ids below 65,536.
+pub(crate) fn encode(message: &Message) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(message.size_bytes());
+    match message {
+        Message::Report(report) => put_report(report, &mut bytes),
+        Message::Cue(cue) => put_cue(cue, &mut bytes),
+        Message::Snapshot(part) => {
+            let SnapshotPart { uav, since, stamp, index, count, bytes: part } = part;
+            bytes.push(2);
+            put(&mut bytes, [uav.0 as u16, *index, *count, part.len() as u16].map(u16::to_le_bytes));
+            put(&mut bytes, [since.us().to_le_bytes()]);
+            put_stamp(stamp, &mut bytes);
+            bytes.extend(part);
+        }
     }
     bytes
 }
 
-/// `None` for what is no report. What is one and makes no sense, the agent refuses itself.
-pub(crate) fn decode(mut bytes: &[u8]) -> Option<Report> {
-    fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
-        let (first, rest) = bytes.split_first_chunk()?;
-        *bytes = rest;
+fn put<const N: usize, const M: usize>(bytes: &mut Vec<u8>, words: [[u8; N]; M]) {
+    bytes.extend(words.as_flattened());
+}
+
+fn put_stamp(stamp: &Stamp, bytes: &mut Vec<u8>) {
+    put(bytes, [stamp.time.us().to_le_bytes(), stamp.digest.to_le_bytes()]);
+}
+
+fn put_report(report: &Report, bytes: &mut Vec<u8>) {
+    let Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge } = report;
+    let UavState { position, heading, speed_m_s, turn_rate_rad_s } = state;
+    let has_asked = knowledge.as_ref().is_some_and(|told| told.asks.is_some());
+    let flags = [*leaves, duty.is_some(), knowledge.is_some(), has_asked];
+    bytes.push(0);
+    put(bytes, [(uav.0 as u16).to_le_bytes()]);
+    put(bytes, [epoch, sequence].map(|number| number.to_le_bytes()));
+    put(bytes, [time.us().to_le_bytes()]);
+    let boresight_rad = boresight.map_or(f64::NAN, Angle::rad);
+    let numbers = [position.x_m(), position.y_m(), heading.rad(), *speed_m_s, *turn_rate_rad_s, boresight_rad];
+    put(bytes, numbers.map(f64::to_le_bytes));
+    put(bytes, [duty.map_or(0, |group| group.0).to_le_bytes()]);
+    bytes.push((0..).zip(flags).map(|(bit, is_set)| u8::from(is_set) << bit).sum());
+    put(bytes, [(detections.len() as u16).to_le_bytes()]);
+    for Detection { label, measurement } in detections {
+        put(bytes, [label.0.to_le_bytes()]);
+        put(bytes, [measurement.range_m, measurement.bearing.rad()].map(f64::to_le_bytes));
+    }
+    if let Some(knowledge) = knowledge {
+        put_knowledge(knowledge, bytes);
+    }
+}
+
+fn put_knowledge(knowledge: &Knowledge, bytes: &mut Vec<u8>) {
+    let Knowledge { since, committed, stamp, listed_after, held, disturbed, asks } = knowledge;
+    put(bytes, [since, committed, listed_after, disturbed].map(|time| time.us().to_le_bytes()));
+    put_stamp(stamp, bytes);
+    put(bytes, [(held.len() as u16).to_le_bytes()]);
+    for Held { speaker, from, to } in held {
+        let (kind, id) = match speaker {
+            Speaker::Uav(uav) => (0, uav.0),
+            Speaker::Searcher(searcher) => (1, *searcher),
+        };
+        bytes.push(kind);
+        put(bytes, [(id as u16).to_le_bytes()]);
+        put(bytes, [from, to].map(|number| number.to_le_bytes()));
+    }
+    if let Some(Ask { of, stamp, next, after }) = asks {
+        put(bytes, [of.0 as u16, *next].map(u16::to_le_bytes));
+        put(bytes, [after.to_le_bytes()]);
+        bytes.push(u8::from(stamp.is_some()));
+        put_stamp(&stamp.unwrap_or_default(), bytes);
+    }
+}
+
+fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
+    let Cue { searcher, said, number, label, time, position, velocity, position_sd_m, velocity_sd_m_s } = cue;
+    bytes.push(1);
+    put(bytes, [*searcher as u16, *number].map(u16::to_le_bytes));
+    put(bytes, [label.0.to_le_bytes()]);
+    put(bytes, [said, time].map(|time| time.us().to_le_bytes()));
+    let [x_m, y_m] = [position.x_m(), position.y_m()];
+    let numbers = [x_m, y_m, velocity.x_m_s(), velocity.y_m_s(), *position_sd_m, *velocity_sd_m_s];
+    put(bytes, numbers.map(f64::to_le_bytes));
+}
+
+/// `None` for what is no message. What is one and makes no sense, the agent refuses itself.
+pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
+    let mut from = Reader(bytes);
+    let message = match from.byte()? {
+        0 => Message::Report(from.report()?),
+        1 => Message::Cue(from.cue()?),
+        2 => Message::Snapshot(from.part()?),
+        _ => return None,
+    };
+    from.0.is_empty().then_some(message)
+}
+
+/// What has not been read yet.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (first, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
         Some(*first)
     }
-    let id = |bytes: &mut &[u8]| take(bytes).map(u32::from_le_bytes);
-    let number = |bytes: &mut &[u8]| take(bytes).map(f64::from_le_bytes);
-    let angle = |bytes: &mut &[u8]| number(bytes).map(Angle::from_rad);
-    let from = &mut bytes;
-    let (uav, epoch, sequence) = (UavId(id(from)?), id(from)?, id(from)?);
-    let time = Time::from_us(i64::from_le_bytes(take(from)?));
-    let position = Position::from_m(number(from)?, number(from)?);
-    let (heading, speed_m_s, turn_rate_rad_s) = (angle(from)?, number(from)?, number(from)?);
-    let boresight = Some(angle(from)?).filter(|boresight| boresight.rad().is_finite());
-    let state = UavState { position, heading, speed_m_s, turn_rate_rad_s };
-    let mut detections = Vec::new();
-    while !from.is_empty() {
-        let label = TargetLabel(id(from)?);
-        detections
-            .push(Detection { label, measurement: RangeBearing { range_m: number(from)?, bearing: angle(from)? } });
+
+    fn byte(&mut self) -> Option<u8> {
+        self.take().map(|[byte]| byte)
     }
-    Some(Report { uav, epoch, sequence, time, state, boresight, detections })
+
+    fn short(&mut self) -> Option<u16> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn word(&mut self) -> Option<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn long(&mut self) -> Option<u64> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    fn signed(&mut self) -> Option<i64> {
+        self.take().map(i64::from_le_bytes)
+    }
+
+    fn time(&mut self) -> Option<Time> {
+        self.signed().map(Time::from_us)
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        self.take().map(f64::from_le_bytes)
+    }
+
+    fn angle(&mut self) -> Option<Angle> {
+        self.number().map(Angle::from_rad)
+    }
+
+    fn position(&mut self) -> Option<Position> {
+        Some(Position::from_m(self.number()?, self.number()?))
+    }
+
+    fn uav(&mut self) -> Option<UavId> {
+        self.short().map(|id| UavId(id.into()))
+    }
+
+    fn stamp(&mut self) -> Option<Stamp> {
+        Some(Stamp { time: self.time()?, digest: self.long()? })
+    }
+
+    fn report(&mut self) -> Option<Report> {
+        let (uav, epoch, sequence, time) = (self.uav()?, self.word()?, self.word()?, self.time()?);
+        let (position, heading) = (self.position()?, self.angle()?);
+        let (speed_m_s, turn_rate_rad_s) = (self.number()?, self.number()?);
+        let state = UavState { position, heading, speed_m_s, turn_rate_rad_s };
+        let boresight = Some(self.angle()?).filter(|boresight| boresight.rad().is_finite());
+        let (duty, flags) = (GroupId(self.long()?), self.byte()?);
+        let is_set = |bit: u8| flags >> bit & 1 == 1;
+        let (leaves, duty) = (is_set(0), Some(duty).filter(|_| is_set(1)));
+        // Nothing is made room for before it is there.
+        let detections = (0..self.short()?).map(|_| self.detection()).collect::<Option<_>>()?;
+        let knowledge = if is_set(2) { Some(Box::new(self.knowledge(is_set(3))?)) } else { None };
+        Some(Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge })
+    }
+
+    fn detection(&mut self) -> Option<Detection> {
+        let label = TargetLabel(self.word()?);
+        Some(Detection { label, measurement: RangeBearing { range_m: self.number()?, bearing: self.angle()? } })
+    }
+
+    fn knowledge(&mut self, has_asked: bool) -> Option<Knowledge> {
+        let (since, committed, listed_after) = (self.time()?, self.time()?, self.time()?);
+        let (disturbed, stamp) = (self.time()?, self.stamp()?);
+        let held = (0..self.short()?).map(|_| self.held()).collect::<Option<_>>()?;
+        let asks = if has_asked { Some(self.ask()?) } else { None };
+        Some(Knowledge { since, committed, stamp, listed_after, held, disturbed, asks })
+    }
+
+    fn held(&mut self) -> Option<Held> {
+        let speaker = match (self.byte()?, u32::from(self.short()?)) {
+            (0, uav) => Speaker::Uav(UavId(uav)),
+            (1, searcher) => Speaker::Searcher(searcher),
+            _ => return None,
+        };
+        Some(Held { speaker, from: self.signed()?, to: self.signed()? })
+    }
+
+    fn ask(&mut self) -> Option<Ask> {
+        let (of, next, after, has_stamp) = (self.uav()?, self.short()?, self.long()?, self.byte()? == 1);
+        let stamp = Some(self.stamp()?).filter(|_| has_stamp);
+        Some(Ask { of, stamp, next, after })
+    }
+
+    fn cue(&mut self) -> Option<Cue> {
+        let (searcher, number) = (u32::from(self.short()?), self.short()?);
+        let (label, said, time) = (TargetLabel(self.word()?), self.time()?, self.time()?);
+        let (position, velocity) = (self.position()?, Velocity::from_m_s(self.number()?, self.number()?));
+        let (position_sd_m, velocity_sd_m_s) = (self.number()?, self.number()?);
+        Some(Cue { searcher, said, number, label, time, position, velocity, position_sd_m, velocity_sd_m_s })
+    }
+
+    fn part(&mut self) -> Option<SnapshotPart> {
+        let (uav, index, count, length) = (self.uav()?, self.short()?, self.short()?, self.short()?);
+        let (since, stamp) = (self.time()?, self.stamp()?);
+        let (bytes, rest) = self.0.split_at_checked(length.into())?;
+        self.0 = rest;
+        Some(SnapshotPart { uav, since, stamp, index, count, bytes: bytes.to_vec() })
+    }
 }
