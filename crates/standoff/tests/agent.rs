@@ -77,7 +77,7 @@ fn an_agent_says_nothing_that_it_would_not_hear() {
     let unsound = Scan { boresight: Some(Angle::from_rad(f64::NAN)), detections: &[] };
     let observation = agent.observe(Time::START, &own, Some(unsound));
     assert!(agent.outbox(&observation).is_empty());
-    assert_eq!(agent.decide(&observation).diagnostics.refused_messages, 1);
+    assert_eq!(agent.decide(&observation).diagnostics.refused.messages(), 1);
 }
 
 /// The first observation of an instant counts, also for the command.
@@ -151,6 +151,9 @@ fn what_is_heard_of_an_old_observation_changes_nothing() {
     let before = format!("{:?}", team.agents[0].picture());
     inbox.iter().for_each(|message| team.agents[0].hear(&old, message));
     let late = Cue {
+        searcher: 1,
+        said: now,
+        number: 0,
         label: TargetLabel(77),
         time: now,
         position: Position::ORIGIN,
@@ -199,24 +202,24 @@ fn a_clock_that_jumps_for_one_step_changes_no_bit() {
         let own = team.states[0];
         if tick > 0 {
             let before = format!("{:?}", wrong_now_and_then.picture());
-            for wrong in
-                [now + hour, now + Duration::from_us(-500_001), Time::from_us(i64::MAX), Time::from_us(i64::MIN)]
-            {
+            // More than a tenth of a period off the grid, before the last instant, or too far ahead.
+            let us = [50_001, -50_001, -1_000_000].map(|us| now + Duration::from_us(us));
+            for wrong in us.into_iter().chain([now + hour, Time::from_us(i64::MAX), Time::from_us(i64::MIN)]) {
                 let step = step(&mut wrong_now_and_then, wrong, &own, scan_of(&scans[0]), &inbox);
                 assert!((25.0..=55.0).contains(&step.command.speed_m_s));
             }
             assert_eq!(format!("{:?}", wrong_now_and_then.picture()), before);
         }
         let got = step(&mut wrong_now_and_then, now, &own, scan_of(&scans[0]), &inbox);
-        assert_eq!((i64::from(got.diagnostics.refused_instants), got.diagnostics.refused_messages), (4 * tick, 0));
+        assert_eq!((i64::from(got.diagnostics.refused.instants), got.diagnostics.refused.messages()), (6 * tick, 0));
         team.decide(now, &scans, &inbox);
         assert_eq!(format!("{:?}", wrong_now_and_then.picture()), format!("{:?}", team.agents[0].picture()));
     }
     let (last, own) = (team.agents[0].picture().time, team.states[0]);
-    for (agent, gap_us, refused) in [(0, 10_000_000, 0), (1, 10_000_001, 1)] {
+    for (agent, gap_us, refused) in [(0, 10_000_000, 0), (1, 10_500_000, 1)] {
         let now = last + Duration::from_us(gap_us);
         let agent = &mut team.agents[agent];
-        assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused_instants, refused);
+        assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused.instants, refused);
         assert_eq!(agent.picture().time, if refused == 0 { now } else { last });
     }
 }
@@ -233,8 +236,8 @@ fn a_reset_agent_begins_anew_at_any_time() {
         let own = team.states[0];
         let (now, scans, _) = team.speak(first_tick);
         for agent in &mut team.agents {
-            let before = step(agent, now, &own, Scan::default(), &[]).diagnostics.refused_instants;
-            assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused_instants, before + 1);
+            let before = step(agent, now, &own, Scan::default(), &[]).diagnostics.refused.instants;
+            assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused.instants, before + 1);
             agent.reset();
             assert!(agent.picture().known().is_empty());
         }
@@ -260,7 +263,7 @@ fn a_reset_agent_begins_anew_at_any_time() {
     }
     let own = team.states[0];
     let refused = step(&mut team.agents[0], Time::START, &own, Scan::default(), &[]).diagnostics;
-    assert_eq!((refused.refused_instants, refused.refused_messages), (5, 0));
+    assert_eq!((refused.refused.instants, refused.refused.messages()), (5, 0));
 }
 
 /// The same of a fleet.
@@ -276,7 +279,7 @@ fn a_fleet_refuses_what_its_agents_refuse_and_can_be_reset() {
     hear(&mut fleet, &mut team, None);
     let before = format!("{:?}", fleet.picture());
     let later = Time::from_us(3_600_000_000);
-    let refused = hear(&mut fleet, &mut team, Some(later)).diagnostics.refused_instants;
+    let refused = hear(&mut fleet, &mut team, Some(later)).diagnostics.refused.instants;
     assert_eq!(format!("{:?}", fleet.picture()), before);
     // One for each UAV.
     assert_eq!(refused, 2);
@@ -291,10 +294,13 @@ fn a_fleet_refuses_what_its_agents_refuse_and_can_be_reset() {
 #[test]
 fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
     let own = Team::new(1, 0).states[0];
-    let of_searcher = |x_m: f64, position_sd_m: f64| {
-        (0..3).map(move |target| {
+    let of_searcher = |searcher: u32, x_m: f64, position_sd_m: f64| {
+        (0..3u16).map(move |target| {
             Message::Cue(Cue {
-                label: TargetLabel(target),
+                searcher,
+                said: Time::START,
+                number: target,
+                label: TargetLabel(target.into()),
                 time: Time::START,
                 position: Position::from_m(x_m + f64::from(target), 0.0),
                 velocity: Velocity::from_m_s(5.0, 0.0),
@@ -304,7 +310,7 @@ fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
         })
     };
     let first: Vec<Message> =
-        of_searcher(0.0, 20.0).chain(of_searcher(30.0, 10.0)).chain(of_searcher(-9.0, 10.0)).collect();
+        of_searcher(0, 0.0, 20.0).chain(of_searcher(1, 30.0, 10.0)).chain(of_searcher(2, -9.0, 10.0)).collect();
     let mut reversed = first.clone();
     reversed.reverse();
     let picture = |inboxes: &[&[Message]]| {
@@ -341,7 +347,7 @@ fn no_epoch_silences_a_teammate() {
         let own = team.states[0];
         let got = step(&mut told_wrong, now, &own, scan_of(&scans[0]), &heard).diagnostics;
         team.decide(now, &scans, &inbox);
-        assert_eq!(got.refused_messages, 0, "{tick}");
+        assert_eq!(got.refused.messages(), 0, "{tick}");
         assert_eq!(format!("{:?}", told_wrong.picture()), format!("{:?}", team.agents[0].picture()), "{tick}");
     }
 }
@@ -398,19 +404,16 @@ fn any_detections() -> impl Strategy<Value = Vec<Detection>> {
 fn any_message(now_us: i64) -> impl Strategy<Value = Message> {
     let report = (0..3u32, any_state(), any_number(), any_detections(), prop_oneof![Just(now_us), any::<i64>()])
         .prop_map(|(uav, state, boresight, detections, us)| {
-            Message::Report(Report {
-                uav: UavId(uav),
-                epoch: 0,
-                sequence: (us as u32) | 1,
-                time: Time::from_us(us),
-                state,
-                boresight: Some(Angle::from_rad(boresight)),
-                detections,
-            })
+            let (sequence, boresight) = ((us as u32) | 1, Some(Angle::from_rad(boresight)));
+            let report = Report::of(UavId(uav), Time::from_us(us), state);
+            Message::Report(Report { sequence, boresight, detections, ..report })
         });
     let cue = (0..4u32, any_number(), any_number(), any_number(), any_number(), any_number()).prop_map(
         move |(target, x, y, vx, sd, sd_v)| {
             Message::Cue(Cue {
+                searcher: 0,
+                said: Time::from_us(now_us),
+                number: target as u16,
                 label: TargetLabel(target),
                 time: Time::from_us(now_us),
                 position: Position::from_m(x, y),

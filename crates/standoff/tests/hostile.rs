@@ -6,18 +6,33 @@ use common::{Team, report, scan_of, step};
 use proptest::prelude::*;
 use standoff::*;
 
+const PERIOD_US: i64 = 500_000;
+
 /// What may be wrong with a message.
 #[derive(Debug, Clone, Copy)]
 enum Wrong {
     State(f64),
     Boresight(f64),
-    Late,
-    Early,
+    Past,
+    OffGrid,
+    Ahead,
     Future,
+    Held(Unlisted),
     CuePosition(f64),
     CueVelocity(f64),
     CueSd(f64),
     CueFromTheFuture,
+    CueOffGrid,
+    CueAhead,
+}
+
+/// What may be wrong with what somebody tells of what it has heard.
+#[derive(Debug, Clone, Copy)]
+enum Unlisted {
+    Backward,
+    OutOfOrder,
+    Overlapping,
+    TooLong,
 }
 
 fn no_number() -> impl Strategy<Value = f64> {
@@ -28,13 +43,23 @@ fn anything_wrong() -> impl Strategy<Value = Wrong> {
     prop_oneof![
         no_number().prop_map(Wrong::State),
         no_number().prop_map(Wrong::Boresight),
-        Just(Wrong::Late),
-        Just(Wrong::Early),
+        Just(Wrong::Past),
+        Just(Wrong::OffGrid),
+        Just(Wrong::Ahead),
         Just(Wrong::Future),
+        prop_oneof![
+            Just(Unlisted::Backward),
+            Just(Unlisted::OutOfOrder),
+            Just(Unlisted::Overlapping),
+            Just(Unlisted::TooLong)
+        ]
+        .prop_map(Wrong::Held),
         no_number().prop_map(Wrong::CuePosition),
         no_number().prop_map(Wrong::CueVelocity),
         prop_oneof![no_number(), Just(0.0), -1e300..0.0f64].prop_map(Wrong::CueSd),
         Just(Wrong::CueFromTheFuture),
+        Just(Wrong::CueOffGrid),
+        Just(Wrong::CueAhead),
     ]
 }
 
@@ -43,6 +68,9 @@ impl Wrong {
     fn message(self, now: Time, like: &Report) -> Message {
         let mut report = Report { uav: UavId(77), epoch: 9, sequence: 1, ..like.clone() };
         let mut cue = Cue {
+            searcher: 9,
+            said: now,
+            number: 0,
             label: TargetLabel(99),
             time: now,
             position: Position::ORIGIN,
@@ -54,17 +82,38 @@ impl Wrong {
         match self {
             Self::State(value) => report.state.speed_m_s = value,
             Self::Boresight(value) => report.boresight = Some(Angle::from_rad(value)),
-            Self::Late => report.time = moved(-500_000),
-            Self::Early => report.time = moved(1),
+            // Before this agent was there.
+            Self::Past => report.time = moved(-100 * PERIOD_US),
+            // More than a tenth of a period.
+            Self::OffGrid => report.time = moved(PERIOD_US / 10 + 1),
+            // More than the lease.
+            Self::Ahead => report.time = moved(7 * PERIOD_US),
             Self::Future => report.time = moved(i64::MAX),
+            Self::Held(wrong) => {
+                let held = |uav, from, to| Held { speaker: Speaker::Uav(UavId(uav)), from, to };
+                report.knowledge.get_or_insert_default().held = match wrong {
+                    Unlisted::Backward => vec![held(1, 1, 0)],
+                    Unlisted::OutOfOrder => vec![held(2, 0, 0), held(1, 0, 0)],
+                    Unlisted::Overlapping => vec![held(1, 0, 1), held(1, 1, 2)],
+                    Unlisted::TooLong => (0..1025).map(|instant| held(1, 2 * instant, 2 * instant)).collect(),
+                };
+            }
             Self::CuePosition(value) => cue.position = Position::from_m(value, 0.0),
             Self::CueVelocity(value) => cue.velocity = Velocity::from_m_s(0.0, value),
             Self::CueSd(value) => cue.position_sd_m = value,
             Self::CueFromTheFuture => cue.time = moved(1),
+            Self::CueOffGrid => cue.said = moved(-PERIOD_US / 10 - 1),
+            Self::CueAhead => cue.said = moved(7 * PERIOD_US),
         }
         match self {
-            Self::CuePosition(_) | Self::CueVelocity(_) | Self::CueSd(_) | Self::CueFromTheFuture => Message::Cue(cue),
-            _ => Message::Report(report),
+            Self::State(_)
+            | Self::Boresight(_)
+            | Self::Past
+            | Self::OffGrid
+            | Self::Ahead
+            | Self::Future
+            | Self::Held(_) => Message::Report(report),
+            _ => Message::Cue(cue),
         }
     }
 }
@@ -85,10 +134,66 @@ fn a_second_scan_of_one_instant_is_refused() {
         let own = team.states[0];
         let expected = step(&mut honest, now, &own, scan_of(&scans[0]), &inbox).command;
         let got = step(&mut told_twice, now, &own, scan_of(&scans[0]), &with_second);
-        assert_eq!((got.command, i64::from(got.diagnostics.refused_messages)), (expected, tick + 1));
+        assert_eq!((got.command, i64::from(got.diagnostics.refused.messages())), (expected, tick + 1));
         assert_eq!(format!("{:?}", told_twice.picture()), format!("{:?}", honest.picture()));
         team.decide(now, &scans, &inbox);
     }
+}
+
+/// What is said of an instant that cannot change any more is refused and counted; before that it counts, however late.
+#[test]
+fn a_report_of_a_committed_instant_is_refused() {
+    let mut team = Team::new(2, 4);
+    (0..20).for_each(|tick| team.tick(tick));
+    let (now, scans, inbox) = team.speak(20);
+    let agent = &mut team.agents[0];
+    step(agent, now, &team.states[0], scan_of(&scans[0]), &inbox);
+    let committed = agent.committed_at().unwrap();
+    // Each has told of the instant before, which is by when all of the one before that is known.
+    assert_eq!(now - committed, Duration::from_us(2 * PERIOD_US));
+    let observation = agent.observe(now, &team.states[0], None);
+    let mut of = |instant: Time, uav| {
+        let stranger = Report::of(UavId(uav), instant, team.states[1]);
+        agent.hear(&observation, &Message::Report(stranger));
+        (agent.decide(&observation).diagnostics.refused.late, agent.picture().team.len())
+    };
+    assert_eq!(of(committed, 77), (1, 2));
+    assert_eq!(of(committed + Duration::from_us(PERIOD_US), 78), (1, 3));
+    // A cue, too.
+    let cue = |said| match Wrong::CueFromTheFuture.message(said, &Report::of(UavId(0), said, team.states[0])) {
+        Message::Cue(cue) => Message::Cue(Cue { time: said, ..cue }),
+        other => other,
+    };
+    let mut of = |instant: Time| {
+        agent.hear(&observation, &cue(instant));
+        (agent.decide(&observation).diagnostics.refused.late, agent.picture().known().len())
+    };
+    assert_eq!(of(committed), (2, 4));
+    assert_eq!(of(committed + Duration::from_us(PERIOD_US)), (2, 5));
+}
+
+/// A report of a UAV that is where it could not have come to is not counted by anybody; where it could have, or in time, it
+/// is.
+#[test]
+fn a_uav_that_jumps_is_not_believed() {
+    let jumped = |by_m: f64, tick: i64| {
+        let mut team = Team::new(2, 4);
+        (0..10).for_each(|tick| team.tick(tick));
+        let (now, scans, _) = team.speak(tick);
+        let mut report = Report::of(UavId(1), now, team.states[1]);
+        let before = team.agents[0].picture().teammate(UavId(1)).unwrap().state.position;
+        report.state.position = before + Displacement::from_m(by_m, 0.0);
+        let inbox = [Message::Report(report)];
+        let agent = &mut team.agents[0];
+        let got = step(agent, now, &team.states[0], scan_of(&scans[0]), &inbox);
+        let is_heard = agent.picture().teammate(UavId(1)).unwrap().is_heard;
+        let again = agent.observe(now + Duration::from_us(PERIOD_US), &team.states[0], None);
+        assert_eq!(agent.decide(&again).diagnostics.refused, got.diagnostics.refused, "counted once");
+        (got.diagnostics.refused.impossible, is_heard)
+    };
+    // Twice the greatest speed of 55 m/s, for half a second or a whole one, and 100 m.
+    assert_eq!((jumped(154.0, 10), jumped(156.0, 10)), ((0, true), (1, false)));
+    assert_eq!((jumped(209.0, 11), jumped(211.0, 11)), ((0, true), (1, false)));
 }
 
 proptest! {
@@ -109,14 +214,15 @@ proptest! {
             let mut with_nonsense = inbox.clone();
             for (_, wrong, place) in wrongs.iter().filter(|(at, ..)| *at == tick) {
                 with_nonsense.insert(place % (with_nonsense.len() + 1), wrong.message(now, &like));
-                count += 1;
+                // What was before it was there is no matter of this agent's, nor a teammate's fault.
+                count += u32::from(!matches!(wrong, Wrong::Past));
             }
             let own = team.states[0];
             let expected = step(&mut honest, now, &own, scan_of(&scans[0]), &inbox);
             let got = step(&mut told_nonsense, now, &own, scan_of(&scans[0]), &with_nonsense);
             prop_assert_eq!(got.command, expected.command);
             prop_assert_eq!(got.look_at, expected.look_at);
-            prop_assert_eq!(got.diagnostics.refused_messages, count);
+            prop_assert_eq!(got.diagnostics.refused.messages(), count);
             prop_assert_eq!(format!("{:?}", told_nonsense.picture()), format!("{:?}", honest.picture()));
             team.decide(now, &scans, &inbox);
         }

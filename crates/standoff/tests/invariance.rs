@@ -184,6 +184,9 @@ impl World {
             let (dvx_m_s, dvy_m_s) = self.through.vector(2.0 * dvx_m_s, 2.0 * dvy_m_s);
             let Vehicle { position, velocity } = vehicle;
             Message::Cue(Cue {
+                searcher: 0,
+                said: now,
+                number: id as u16,
                 label: TargetLabel(id),
                 time: now,
                 position: *position + Displacement::from_m(dx_m, dy_m),

@@ -218,6 +218,12 @@ impl Memberships {
         self.last
     }
 
+    /// The id of the how many'th group.
+    #[cfg(test)]
+    pub(crate) fn id(&self, number: u32) -> Option<GroupId> {
+        self.numbers.iter().find(|(_, known)| *known == number).map(|(id, _)| *id)
+    }
+
     /// The how many'th group it is that was founded, from 0.
     pub(crate) fn number(&self, group: GroupId) -> Option<u32> {
         self.numbers.binary_search_by_key(&group, |(id, _)| *id).ok().map(|index| self.numbers[index].1)
@@ -281,6 +287,9 @@ mod tests {
 
     fn track(label: u32) -> Track {
         let cue = Cue {
+            searcher: 0,
+            said: Time::START,
+            number: 0,
             label: TargetLabel(label),
             time: Time::START,
             position: Position::ORIGIN,

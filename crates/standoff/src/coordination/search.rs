@@ -191,7 +191,7 @@ mod tests {
     use crate::coordination::group_id::GroupId;
     use crate::coordination::memberships::Membership;
     use crate::frame::Velocity;
-    use crate::message::{Cue, TargetLabel};
+    use crate::message::{Cue, Report, TargetLabel};
     use crate::uav::UavState;
 
     fn params() -> TeamParams {
@@ -200,6 +200,9 @@ mod tests {
 
     fn track(id: u32, x_m: f64, vx_m_s: f64) -> Track {
         let cue = Cue {
+            searcher: 0,
+            said: Time::START,
+            number: 0,
             label: TargetLabel(id),
             time: Time::START,
             position: Position::from_m(x_m, 0.0),
@@ -283,13 +286,10 @@ mod tests {
             memberships.set(0, Membership::Member(GroupId(0)));
             let mate = |(id, x_m): (usize, &f64)| {
                 let position = Position::from_m(*x_m, 0.0);
-                Teammate {
-                    uav: UavId(id as u32),
-                    state: UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 },
-                    is_heard: true,
-                    boresight: Some((Position::ORIGIN - position).direction()),
-                    group: Some(GroupId(0)),
-                }
+                let state = UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+                let boresight = Some((Position::ORIGIN - position).direction());
+                let report = Report { boresight, ..Report::of(UavId(id as u32), Time::START, state) };
+                Teammate::heard(&report, Some(GroupId(0)))
             };
             Self { memberships, team: uavs.iter().enumerate().map(mate).collect(), duties: Vec::new() }
         }

@@ -86,6 +86,9 @@ mod tests {
         let mut memberships = Memberships::default();
         for (label, (x_m, y_m, vx_m_s)) in (0..).zip(targets) {
             let cue = Cue {
+                searcher: 0,
+                said: Time::START,
+                number: 0,
                 label: TargetLabel(label),
                 time: Time::START,
                 position: Position::from_m(*x_m, *y_m),

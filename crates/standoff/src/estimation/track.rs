@@ -267,6 +267,9 @@ mod tests {
 
     fn cue() -> Cue {
         Cue {
+            searcher: 0,
+            said: Time::START,
+            number: 0,
             label: TargetLabel(7),
             time: Time::START,
             position: Position::from_m(100.0, 50.0),

@@ -37,7 +37,7 @@ pub struct Team {
     targets: u32,
     cued: Vec<bool>,
     motion: Motion,
-    /// UAVs that are silent.
+    /// UAVs that are silent: their sensors and transmitters are off.
     pub silent: Vec<UavId>,
 }
 
@@ -56,12 +56,17 @@ pub fn step(agent: &mut Agent, now: Time, own: &UavState, scan: Scan, inbox: &[M
     agent.decide(&observation)
 }
 
-/// What an agent would say of a scan.
-pub fn report(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Option<Report> {
+/// All that an agent would say of a scan.
+pub fn said(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Vec<Message> {
     let mut agent = agent.clone();
     let observation = agent.observe(now, own, Some(scan));
-    match agent.outbox(&observation) {
-        [Message::Report(report)] => Some(report.clone()),
+    agent.outbox(&observation).to_vec()
+}
+
+/// The agent's own report of a scan.
+pub fn report(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Option<Report> {
+    match said(agent, now, own, scan).into_iter().next() {
+        Some(Message::Report(report)) => Some(report),
         _ => None,
     }
 }
@@ -115,7 +120,7 @@ impl Team {
         Self { motion, ..self }
     }
 
-    /// The instant, every sensor's scan, and everything said: cues of targets that appear, then all reports.
+    /// The instant, every sensor's scan, and everything said: cues of targets that appear, then what all UAVs say.
     pub fn speak(&mut self, tick: i64) -> (Time, Vec<OwnedScan>, Vec<Message>) {
         let now = Time::from_us(tick * 500_000);
         let sensor = TeamParams::table_1().track.sensor;
@@ -126,7 +131,17 @@ impl Team {
             };
             let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
             let label = TargetLabel(id);
-            inbox.push(Message::Cue(Cue { searcher: 0, said: now, number: label.0 as u16, label, time: now, position, velocity, position_sd_m, velocity_sd_m_s }));
+            inbox.push(Message::Cue(Cue {
+                searcher: 0,
+                said: now,
+                number: label.0 as u16,
+                label,
+                time: now,
+                position,
+                velocity,
+                position_sd_m,
+                velocity_sd_m_s,
+            }));
             self.cued[id as usize] = true;
         }
         let mut scans = Vec::new();
@@ -142,7 +157,7 @@ impl Team {
             }
             let scan = Scan { boresight, detections: &detections };
             if !self.silent.contains(&self.agents[index].id()) {
-                inbox.extend(report(&self.agents[index], now, state, scan).map(Message::Report));
+                inbox.extend(said(&self.agents[index], now, state, scan));
             }
             scans.push((boresight, detections));
         }
@@ -165,8 +180,17 @@ impl Team {
 
     /// What follows once all have spoken: every agent decides, and its UAV flies.
     pub fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) {
+        self.decide_each(now, scans, |_| inbox.to_vec());
+    }
+
+    /// The same where each hears what it hears.
+    pub fn decide_each(&mut self, now: Time, scans: &[OwnedScan], mut inbox_of: impl FnMut(usize) -> Vec<Message>) {
         for (index, agent) in self.agents.iter_mut().enumerate() {
-            let step = step(agent, now, &self.states[index], scan_of(&scans[index]), inbox);
+            let is_silent = self.silent.contains(&agent.id());
+            let scan = Some(scan_of(&scans[index])).filter(|_| !is_silent);
+            let observation = agent.observe(now, &self.states[index], scan);
+            inbox_of(index).iter().for_each(|message| agent.hear(&observation, message));
+            let step = agent.decide(&observation);
             self.commands[index] = step.command;
             self.look_at[index] = step.look_at;
         }

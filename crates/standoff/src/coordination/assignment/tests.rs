@@ -65,7 +65,7 @@ impl World {
     }
 
     fn sites<'a>(&'a self) -> Vec<Site<'a>> {
-        let site = |(id, members): (u32, &'a Vec<Position>)| Site { group: GroupId(id), members };
+        let site = |(id, members): (u64, &'a Vec<Position>)| Site { group: GroupId(id), members };
         (0..).zip(&self.groups).map(site).collect()
     }
 

@@ -4,7 +4,7 @@ use crate::coordination::event::FoundingReason;
 use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OnOrbit;
-use crate::message::{Cue, TargetLabel};
+use crate::message::{Cue, Report, TargetLabel};
 use crate::team::{CentreEstimate, Discard, GroupCount, Margin};
 use crate::uav::{UavId, UavState};
 
@@ -17,6 +17,8 @@ struct World {
     tick: i64,
     agenda: Agenda,
     room: Room,
+    /// The number of the group that each UAV serves, once it is founded.
+    serves: Vec<Option<u32>>,
 }
 
 impl World {
@@ -29,7 +31,8 @@ impl World {
             turn_rate_rad_s: 0.0,
         };
         let boresight = Some(Angle::from_deg(90.0));
-        let mate = |id| Teammate { uav: UavId(id), state, is_heard: true, boresight, group: None };
+        let report = |id| Report { boresight, ..Report::of(UavId(id), Time::START, state) };
+        let mate = |id| Teammate::heard(&report(id), None);
         let mut params = TeamParams::table_1();
         params.group.handoff_margin_m = 0.0;
         // A field of view so wide that all is always seen; what is seen is tested by itself.
@@ -46,11 +49,20 @@ impl World {
             tick: 0,
             agenda: Agenda::default(),
             room: Room::default(),
+            serves: vec![None; uavs as usize],
         }
+    }
+
+    /// The id of the how many'th group, from 0.
+    fn id(&self, number: u32) -> Option<GroupId> {
+        self.memberships.id(number)
     }
 
     /// Settles half a second later; gives what happened.
     fn settle(&mut self) -> Vec<Event> {
+        for (mate, number) in self.team.iter_mut().zip(&self.serves) {
+            mate.group = number.and_then(|number| self.memberships.id(number));
+        }
         let mut events = Vec::new();
         let tracks: Vec<Track> = self.memberships.known().iter().map(|known| known.track).collect();
         Settling {
@@ -86,31 +98,34 @@ impl World {
         *self.memberships.track_mut(id as usize) = track(id, x_m);
     }
 
-    /// Members of each group by id, those in dwell to it included.
+    /// Members of each group by number, those in dwell to it included.
     fn groups(&self) -> Vec<(u32, Vec<u32>)> {
         let members = |id| {
-            let belongs = |known: &&Known| known.membership.groups().any(|group| group == GroupId(id));
+            let belongs = |known: &&Known| known.membership.groups().any(|group| group == id);
             self.memberships.known().iter().filter(belongs).map(|known| known.track.id.0).collect::<Vec<_>>()
         };
-        (0..self.agenda.next_group).map(|id| (id, members(id))).filter(|(_, members)| !members.is_empty()).collect()
+        let founded = (0..).map_while(|number| Some((number, members(self.id(number)?))));
+        founded.filter(|(_, members)| !members.is_empty()).collect()
     }
 
     /// The first group, as if it had just been founded.
     fn first_group(&self) -> Group {
-        Group::found(GroupId(0), self.memberships.known(), self.memberships.of(GroupId(0)), &self.params).unwrap()
+        let id = self.id(0).unwrap();
+        Group::found(id, self.memberships.known(), self.memberships.of(id), &self.params).unwrap()
     }
 
     /// Every UAV serves the group that its id, halved, counts to.
     fn in_pairs(mut self) -> Self {
-        for mate in &mut self.team {
-            mate.group = Some(GroupId(mate.uav.0 / 2));
-        }
+        self.serves = self.team.iter().map(|mate| Some(mate.uav.0 / 2)).collect();
         self
     }
 }
 
 fn cue(id: u32, x_m: f64) -> Cue {
     Cue {
+        searcher: 0,
+        said: Time::START,
+        number: 0,
         label: TargetLabel(id),
         time: Time::START,
         position: Position::from_m(x_m, 0.0),
@@ -234,14 +249,14 @@ fn a_target_that_drives_over_is_handed_over() {
     world.place(2, 420.0);
     let events = world.settle();
     assert_eq!((events.len(), events[0].kind.name(), events[0].group, events[0].to), {
-        (1, "handoff-requested", Some(GroupId(0)), Some(GroupId(1)))
+        (1, "handoff-requested", world.id(0), world.id(1))
     });
     let EventKind::HandoffRequested { dwell_s } = events[0].kind else { panic!("{events:?}") };
     assert!((3.0..30.0).contains(&dwell_s), "{dwell_s}");
     assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![2, 3, 4])]);
     assert_eq!(
         (world.memberships.known()[2].group(), world.memberships.known()[2].receiving_group()),
-        (Some(GroupId(0)), Some(GroupId(1)))
+        (world.id(0), world.id(1))
     );
     let mut waited_s = 0.5;
     while waited_s < dwell_s {
@@ -350,10 +365,10 @@ fn a_newcomer_out_of_view_is_received_when_it_is_seen() {
     assert_eq!(world.kinds(), ["joined"]);
     assert_eq!(
         (world.memberships.known()[2].group(), world.memberships.known()[2].receiving_group()),
-        (None, Some(GroupId(0)))
+        (None, world.id(0))
     );
     world.params.track.sensor.sensing_range_m = 1e5;
-    assert_eq!((world.kinds(), world.memberships.known()[2].group()), (vec![], Some(GroupId(0))));
+    assert_eq!((world.kinds(), world.memberships.known()[2].group()), (vec![], world.id(0)));
     // One that is never seen is left out in the end.
     world.params.track.sensor.sensing_range_m = 10.0;
     world.appear(3, 310.0);
@@ -418,7 +433,7 @@ fn a_group_that_a_neighbour_can_hold_makes_way() {
     let events: Vec<_> = (0..65).flat_map(|_| world.settle()).collect();
     let kinds: Vec<_> = events.iter().map(|event| event.kind.name()).collect();
     assert_eq!(kinds, ["group-dissolved", "regrouped", "regrouped", "joined", "group-founded"]);
-    let merged = DissolutionReason::Merged { into: GroupId(1), together: 1 };
+    let merged = DissolutionReason::Merged { into: world.id(1).unwrap(), together: 1 };
     assert_eq!(events[0].kind, EventKind::GroupDissolved(merged));
     assert_eq!(world.groups(), [(1, vec![0, 1, 2, 3]), (2, vec![4])]);
 }
@@ -475,18 +490,19 @@ fn coinciding_targets_are_no_trouble() {
     assert_eq!(world.kinds(), [""; 0]);
 }
 
-/// Targets in groups of these ids, one UAV to each, groups by need.
+/// Targets in groups of these numbers, one UAV to each, groups by need.
 fn by_need(uavs: u32, x_m: &[f64], groups: &[u32]) -> World {
     let mut world = World::new(uavs, x_m);
     world.params.group.count = GroupCount::Needed;
-    for (place, id) in groups.iter().enumerate() {
-        world.memberships.set(place, Membership::Member(GroupId(*id)));
-        world.agenda.next_group = world.agenda.next_group.max(id + 1);
+    for number in 0..groups.iter().max().map_or(0, |last| last + 1) {
+        let places: Vec<usize> = (0..groups.len()).filter(|place| groups[*place] == number).collect();
+        let id = world.memberships.new_group(Time::START, places.iter().copied());
+        places.iter().for_each(|place| world.memberships.set(*place, Membership::Member(id)));
     }
     let ids = world.memberships.groups().to_vec();
     let found = |id| Group::found(id, world.memberships.known(), world.memberships.of(id), &world.params);
     world.previous = ids.into_iter().filter_map(found).collect();
-    world.team.iter_mut().for_each(|mate| mate.group = Some(GroupId(mate.uav.0)));
+    world.serves = world.team.iter().map(|mate| Some(mate.uav.0)).collect();
     world
 }
 
@@ -540,7 +556,7 @@ fn a_group_that_others_hold_is_wound_up() {
     let mut world = with_a_third(590.0);
     assert_eq!(world.kinds(), ["handoff-requested"]);
     let passed = |world: &World| world.memberships.known()[1].membership;
-    assert_eq!((passed(&world).group(), passed(&world).receiving_group()), (Some(GroupId(1)), Some(GroupId(0))));
+    assert_eq!((passed(&world).group(), passed(&world).receiving_group()), (world.id(1), world.id(0)));
     world.appear(2, 589.0);
     assert_eq!((world.kinds(), world.groups()), (vec!["joined"], vec![(0, vec![0, 1, 2]), (1, vec![1])]));
     let events: Vec<_> = (0..60).flat_map(|_| world.settle()).take(2).collect();
@@ -558,20 +574,15 @@ fn the_group_that_is_nearest_to_who_is_unwatched_makes_way() {
         let mut world = by_need(2, &[0.0, apart_m], &[0, 1]);
         world.params.group.centre = CentreEstimate::SmallestCircle;
         world.appear(9, unwatched_m);
-        world.settle()[0]
+        let event = world.settle()[0];
+        (event.kind.name(), event.group.and_then(|group| world.memberships.number(group)))
     };
-    let passes = |unwatched_m| {
-        let event = first(590.0, unwatched_m);
-        (event.kind.name(), event.group)
-    };
-    assert_eq!(passes(9000.0), ("handoff-requested", Some(GroupId(1))));
-    assert_eq!(passes(-9000.0), ("handoff-requested", Some(GroupId(0))));
-    let ends = |unwatched_m| {
-        let event = first(600.0, unwatched_m);
-        (event.kind.name(), event.group)
-    };
-    assert_eq!(ends(9000.0), ("group-dissolved", Some(GroupId(1))));
-    assert_eq!(ends(-9000.0), ("group-dissolved", Some(GroupId(0))));
+    let passes = |unwatched_m| first(590.0, unwatched_m);
+    assert_eq!(passes(9000.0), ("handoff-requested", Some(1)));
+    assert_eq!(passes(-9000.0), ("handoff-requested", Some(0)));
+    let ends = |unwatched_m| first(600.0, unwatched_m);
+    assert_eq!(ends(9000.0), ("group-dissolved", Some(1)));
+    assert_eq!(ends(-9000.0), ("group-dissolved", Some(0)));
 }
 
 /// One unwatched target of eleven is not worth a UAV's way, one of ten is; so are two that one orbit holds, and two apart
@@ -646,9 +657,9 @@ fn a_target_is_held_where_the_orbit_as_flown_holds_it() {
         world.params.track.sensor.sensing_range_m = sensing_range_m;
         world.appear(1, x_m);
         assert_eq!(world.kinds(), ["joined"]);
-        world.memberships.known()[1].group()
+        world.memberships.known()[1].group().and_then(|group| world.memberships.number(group))
     };
-    let held = Some(GroupId(0));
+    let held = Some(0);
     assert_eq!((member(249.0, 1e5, 400.0), member(251.0, 1e5, 400.0)), (held, None));
     assert_eq!((member(0.0, 670.0, 400.0), member(0.0, 660.0, 400.0)), (held, None));
     assert_eq!((member(0.0, 450.0, 383.0), member(0.0, 450.0, 384.0)), (held, None));
@@ -687,7 +698,8 @@ fn an_orbit_that_shrinks_runs_away_from_nobody() {
         let world = by_need(1, &[0.0, 200.0], &[0, 0]);
         let mut params = world.params;
         params.group.motion.response_s = response_s;
-        let mut group = Group::found(GroupId(0), world.memberships.known(), [0, 1].into_iter(), &params).unwrap();
+        let mut group =
+            Group::found(world.id(0).unwrap(), world.memberships.known(), [0, 1].into_iter(), &params).unwrap();
         group.standoff.rate_m_s = rate_m_s;
         // Outside an orbit of 250 m about (100, 0) that shrinks, inside one that grows.
         let uav = Position::from_m(if rate_m_s < 0.0 { 360.0 } else { 300.0 }, 10.0);

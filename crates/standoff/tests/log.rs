@@ -1,0 +1,141 @@
+//! What was said and not heard at once: who waits for what, and that all come to the same in the end.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod common;
+
+use common::{Draw, Team};
+use standoff::*;
+
+const PERIOD: Duration = Duration::from_us(500_000);
+
+/// How many periods ago what each agent has committed was; `None`: nothing yet.
+fn committed_ago(team: &Team) -> Vec<Option<i64>> {
+    let ago = |agent: &Agent| Some((agent.picture().time - agent.committed_at()?).us() / PERIOD.us());
+    team.agents.iter().map(ago).collect()
+}
+
+/// Once everybody has reported an instant and the next one; at first nobody knows who is there, so a lease, of 3 s, has to go
+/// by.
+#[test]
+fn with_a_perfect_radio_all_but_two_instants_are_committed() {
+    let mut team = Team::new(3, 4);
+    for tick in 0..40 {
+        team.tick(tick);
+        assert_eq!(committed_ago(&team), [if tick <= 6 { None } else { Some(2) }; 3], "{tick}");
+    }
+}
+
+/// Who falls silent may come back and say what it has measured; a minute later nobody waits for that any more.
+#[test]
+fn who_is_silent_holds_up_what_is_committed_for_the_horizon() {
+    let mut team = Team::new(3, 4);
+    for tick in 0..180 {
+        team.silent = if tick < 20 { Vec::new() } else { vec![UavId(2)] };
+        team.tick(tick);
+        // The last report is that of tick 19, and nobody knows what else it had heard by then.
+        let ago = match tick {
+            7..=20 => 2,
+            21..=139 => tick - 18,
+            // A few more, until the last picture that is kept is of an instant after that.
+            140..=169 => 121,
+            170.. => 2,
+            _ => continue,
+        };
+        let committed_ago = committed_ago(&team);
+        let is_so = |told: &Option<i64>| *told == Some(ago) || tick > 140 && *told == Some(2);
+        assert!(committed_ago[..2].iter().all(is_so), "{tick}: {committed_ago:?}");
+        let presence: Vec<_> = team.agents[0].presence().map(|(_, presence)| presence).collect();
+        let expected = match tick - 19 {
+            ..=1 => Some(Presence::Live),
+            2..=6 => Some(Presence::Silent),
+            7..=120 => Some(Presence::Gone),
+            121..=150 => continue,
+            _ => None,
+        };
+        assert_eq!((presence[0], presence[1], presence.get(2).copied()), (Presence::Live, Presence::Live, expected));
+    }
+}
+
+/// Who says that it leaves is not waited for, nor counted on from the next instant on.
+#[test]
+fn who_leaves_holds_nothing_up() {
+    let mut team = Team::new(3, 4);
+    for tick in 0..40 {
+        if tick == 20 {
+            team.agents[2].leave();
+        }
+        team.silent = if tick <= 20 { Vec::new() } else { vec![UavId(2)] };
+        team.tick(tick);
+        if tick > 6 {
+            assert_eq!(committed_ago(&team)[..2], [Some(2); 2], "{tick}");
+        }
+        let picture = team.agents[0].picture();
+        assert_eq!((picture.team.len(), picture.crew.len()), if tick <= 20 { (3, 3) } else { (2, 2) }, "{tick}");
+        assert!(!team.agents[0].is_disturbed());
+    }
+    assert_eq!(team.agents[0].presence().last(), Some((UavId(2), Presence::Left)));
+}
+
+/// Flies a team of three whose words are lost, late and said twice, all drawn from a seed, and in the end for a while not;
+/// every picture that anybody has committed is that of a fleet that has heard all at once.
+fn committed_pictures_are_those_of_a_fleet(seed: u64, loss: f64) {
+    let mut draw = Draw(seed);
+    let mut chance = |of: f64| draw.next() < 2.0 * of - 1.0;
+    let mut team = Team::new(3, 5);
+    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let (mut digests, mut under_way) = (Vec::new(), Vec::<(i64, usize, Message)>::new());
+    let mut compared = 0;
+    for tick in 0..120 {
+        let (now, scans, said) = team.speak(tick);
+        let observed = fleet.observe(now, UavId(0), &team.states[0], None);
+        for message in &said {
+            match message {
+                Message::Report(report) if report.time == now => fleet.hear(&observed, message),
+                Message::Cue(cue) if cue.said == now => fleet.hear(&observed, message),
+                _ => {}
+            }
+        }
+        let _ = fleet.decide(&observed);
+        digests.push(fleet.picture().digest());
+        for message in said {
+            for to in 0..3 {
+                // A cue that nobody hears was never said; nor need it be waited for where nobody hears it in time.
+                let is_for_sure =
+                    tick >= 80 || matches!(&message, Message::Cue(cue) if usize::from(cue.number) % 3 == to);
+                if is_for_sure || !chance(loss) {
+                    let late = if !is_for_sure { i64::from(chance(0.3)) + 2 * i64::from(chance(0.1)) } else { 0 };
+                    under_way.push((tick + late, to, message.clone()));
+                    chance(0.1).then(|| under_way.push((tick + 5, to, message.clone())));
+                }
+            }
+        }
+        let (heard, later): (Vec<_>, _) = under_way.into_iter().partition(|(at, ..)| *at <= tick);
+        under_way = later;
+        team.decide_each(now, &scans, |index| {
+            let mine = heard.iter().filter(|(_, to, _)| *to == index);
+            mine.map(|(_, _, message)| message.clone()).collect()
+        });
+        for agent in &team.agents {
+            let (Some(at), Some(picture)) = (agent.committed_at(), agent.committed()) else { continue };
+            if picture.time == at {
+                let instant = (at.us() / PERIOD.us()) as usize;
+                assert_eq!(picture.digest(), digests[instant], "{seed}: UAV {:?} at {tick} of {instant}", agent.id());
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 150, "{seed}: {compared}");
+    assert_eq!(committed_ago(&team), [Some(2); 3], "{seed}");
+    assert!(team.agents.iter().all(|agent| agent.picture().digest() == digests[119]), "{seed}");
+}
+
+#[test]
+fn all_commit_to_the_same_whatever_is_lost_or_late() {
+    for seed in 1..40 {
+        committed_pictures_are_those_of_a_fleet(
+            u64::wrapping_mul(seed, 0x9E37_79B9_7F4A_7C15),
+            [0.0, 0.2, 0.5][seed as usize % 3],
+        );
+    }
+}
