@@ -77,6 +77,21 @@ fn who_leaves_holds_nothing_up() {
     assert_eq!(team.agents[0].presence().last(), Some((UavId(2), Presence::Left)));
 }
 
+/// Whose computer has started anew, with nothing, knows within 6 s what the others know, to the bit.
+#[test]
+fn who_starts_anew_comes_to_know_what_the_others_know() {
+    let mut team = Team::new(3, 4);
+    (0..40).for_each(|tick| team.tick(tick));
+    team.agents[1] = Agent::new(UavId(1), TeamParams::table_1()).unwrap().with_epoch(1);
+    // What it had said itself it is told, too.
+    (40..52).for_each(|tick| team.tick(tick));
+    let digests: Vec<_> = team.agents.iter().map(|agent| agent.picture().digest()).collect();
+    assert!(digests[0] == digests[1] && digests[0] == digests[2], "{digests:?}");
+    assert_eq!(committed_ago(&team), [Some(2); 3]);
+    assert_eq!(team.agents[1].committed().map(Picture::digest), team.agents[0].committed().map(Picture::digest));
+    assert_eq!((team.agents[1].picture().known().len(), team.agents[1].picture().crew.len()), (4, 3));
+}
+
 /// Flies a team of three whose words are lost, late and said twice, all drawn from a seed, and in the end for a while not;
 /// every picture that anybody has committed is that of a fleet that has heard all at once.
 fn committed_pictures_are_those_of_a_fleet(seed: u64, loss: f64) {

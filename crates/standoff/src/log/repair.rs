@@ -73,7 +73,7 @@ impl Repair {
         for peer in log.peers.iter().filter(tells) {
             let committed = log.instant_at(peer.knowledge.committed);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - log.usual_delay());
-            for (speaker, runs) in log.held.iter().filter(|(speaker, _)| *speaker != Speaker::Uav(peer.uav)) {
+            for (speaker, runs) in &log.held {
                 let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
                 runs.without(peer.held(*speaker), (first, last), |number| {
                     let entry = (instant_of(*speaker, number), *speaker, number);
