@@ -336,6 +336,22 @@ impl Agent {
         if committed > self.history.committed {
             self.history.commit(committed);
         }
+        self.commit_as_others(now);
+    }
+
+    /// What a teammate has committed is committed here, too, where it is the same to the bit: teammates that are far ahead do
+    /// not list any more what was said of an instant so long ago.
+    fn commit_as_others(&mut self, now: i64) {
+        let Self { id, log, history, .. } = self;
+        let told = log.peers().iter().filter(|peer| peer.uav != *id && peer.tells(now, log.lease()));
+        let since = log.time(history.since);
+        let stamps = told.map(|peer| &peer.knowledge).filter(|told| told.since == since).map(|told| told.stamp);
+        let ahead = stamps.map(|stamp| (log.instant_at(stamp.time), stamp.digest));
+        let ahead = ahead.filter(|(instant, _)| (history.committed + 1..now).contains(instant));
+        let same = |(instant, digest): &(i64, u64)| history.at(*instant).is_some_and(|own| own.digest() == *digest);
+        if let Some((instant, digest)) = ahead.filter(same).max() {
+            history.commit_stamped(instant, digest);
+        }
     }
 
     /// Takes the own scan in, and composes what to say.

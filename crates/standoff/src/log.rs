@@ -360,7 +360,7 @@ impl Log {
             let has_told = peer.uav == self.own
                 || peer.left_at.is_some()
                 || peer.knows_at == NEVER
-                || peer.knows_at > instant;
+                || peer.knows_at > instant && self.instant_at(peer.knowledge.listed_after) < instant;
             has_reported && has_told && !self.lacks_of(peer, (instant, instant))
         })
     }

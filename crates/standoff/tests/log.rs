@@ -92,6 +92,40 @@ fn who_starts_anew_comes_to_know_what_the_others_know() {
     assert_eq!((team.agents[1].picture().known().len(), team.agents[1].picture().crew.len()), (4, 3));
 }
 
+/// A UAV that hears nobody for half a minute, and of the cues nothing for 7 s more, while all hear it, and of which others wait for nothing: it comes to commit as
+/// they do, whichever it is, and nothing that was said meanwhile is lost.
+#[test]
+fn who_was_deaf_for_a_while_commits_again_with_the_others() {
+    for deaf in 0..3 {
+        let mut team = Team::new(3, 5).with_motion(|id, now| {
+            let velocity = Velocity::from_m_s(6.0, 2.0);
+            let start = Position::from_m(20.0 * f64::from(id), 0.0);
+            // The last one appears meanwhile, and far from all sensors.
+            let is_there = id < 4 || now >= Time::from_us(30 * PERIOD.us());
+            is_there.then(|| {
+                (start + Displacement::from_m(if id < 4 { 0.0 } else { 9000.0 }, 0.0) + velocity * now.s(), velocity)
+            })
+        });
+        for tick in 0..160 {
+            let (now, scans, inbox) = team.speak(tick);
+            let hears = |message: &&Message| match message {
+                Message::Cue(_) => !(20..100).contains(&tick),
+                _ => !(20..85).contains(&tick),
+            };
+            let mine = |index: usize| inbox.iter().filter(move |message| index != deaf || hears(message)).cloned();
+            team.decide_each(now, &scans, |index| mine(index).collect());
+            if tick == 84 {
+                let ago = committed_ago(&team);
+                assert!(ago[deaf] == Some(66) && (0..3).all(|index| index == deaf || ago[index] == Some(2)), "{ago:?}");
+            }
+        }
+        assert_eq!(committed_ago(&team), [Some(2); 3], "{deaf}");
+        let digests: Vec<_> = team.agents.iter().map(|agent| agent.picture().digest()).collect();
+        assert!(digests[0] == digests[1] && digests[0] == digests[2], "{deaf}: {digests:?}");
+        assert_eq!(team.agents.iter().map(|agent| agent.picture().known().len()).collect::<Vec<_>>(), [5; 3], "{deaf}");
+    }
+}
+
 /// Flies a team of three whose words are lost, late and said twice, all drawn from a seed, and in the end for a while not;
 /// every picture that anybody has committed is that of a fleet that has heard all at once.
 fn committed_pictures_are_those_of_a_fleet(seed: u64, loss: f64) {
