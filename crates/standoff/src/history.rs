@@ -1,6 +1,9 @@
 //! The pictures of the instants that may still change, and the one that cannot: what was heard late is put in its place, and
 //! all after it is worked out again.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::VecDeque;
 
 use crate::fold::Fold;

@@ -6,6 +6,8 @@
 mod peer;
 pub(crate) mod repair;
 mod runs;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 

@@ -167,3 +167,164 @@ fn counting_order(cue: &Cue, other: &Cue) -> Ordering {
         .then(by_numbers.unwrap_or(Ordering::Equal))
         .then(by_name)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Position;
+    use crate::message::TargetLabel;
+    use crate::sensor::RangeBearing;
+    use crate::{Angle, Velocity};
+
+    fn report(uav: u32, epoch: u32, sequence: u32) -> Report {
+        let state =
+            UavState { position: Position::ORIGIN, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+        Report { epoch, sequence, ..Report::of(UavId(uav), Time::from_us(5), state) }
+    }
+
+    fn row() -> Row {
+        let mut row = Row::default();
+        row.open(Time::from_us(5));
+        row
+    }
+
+    /// Puts reports; gives what became of each, and who has said what in the end.
+    fn put(row: &mut Row, reports: &[Report]) -> (Vec<Put>, Vec<(u32, u32)>) {
+        let puts = reports.iter().map(|report| row.put(Said::of(report))).collect();
+        (puts, row.reports().iter().map(|report| (report.uav.0, report.sequence)).collect())
+    }
+
+    #[test]
+    fn reports_are_kept_in_the_order_of_ids_whatever_order_they_come_in() {
+        let (mut row, all) = (row(), [3, 1, 2].map(|uav| report(uav, 0, 9)));
+        assert_eq!(put(&mut row, &all), (vec![Put::New; 3], vec![(1, 9), (2, 9), (3, 9)]));
+        assert_eq!((row.report_of(UavId(2)), row.report_of(UavId(4))), (Some(&report(2, 0, 9)), None));
+    }
+
+    #[test]
+    fn a_duplicate_changes_nothing_and_a_row_that_is_opened_again_knows_nothing() {
+        let mut row = row();
+        assert_eq!(put(&mut row, &[report(1, 0, 9), report(1, 0, 9)]), (vec![Put::New, Put::Known], vec![(1, 9)]));
+        row.open(Time::from_us(6));
+        assert_eq!(put(&mut row, &[]).1, []);
+        // After a restart the count begins again. The time is that of the row, to the microsecond.
+        assert_eq!(put(&mut row, &[report(1, 1, 0)]), (vec![Put::New], vec![(1, 0)]));
+        assert_eq!(row.reports()[0].time, Time::from_us(6));
+    }
+
+    /// The one said first counts, whichever is heard first, and the other is told of.
+    #[test]
+    fn of_two_reports_of_one_uav_the_one_said_first_counts() {
+        let honest = report(1, 0, 9);
+        for (other, counts) in [(report(1, u32::MAX, u32::MAX), 9), (report(1, 1, 0), 9), (report(1, 0, 0), 0)] {
+            let (first, second) = if counts == 9 { (&honest, &other) } else { (&other, &honest) };
+            let both = put(&mut row(), &[first.clone(), second.clone()]);
+            assert_eq!(both, (vec![Put::New, Put::Refused], vec![(1, counts)]));
+            let reversed = put(&mut row(), &[second.clone(), first.clone()]);
+            assert_eq!(reversed, (vec![Put::New, Put::Instead], vec![(1, counts)]));
+        }
+    }
+
+    /// What a report says of what it has heard is no matter of the row's: who says it again does not tell it.
+    #[test]
+    fn whoever_says_it_a_report_is_the_same_entry() {
+        let mut told = report(1, 0, 9);
+        (told.knowledge, told.duty, told.leaves) = (Some(Box::default()), Some(GroupId(3)), true);
+        let mut row = row();
+        row.put(Said::of(&told));
+        assert_eq!(row.reports(), [Report { knowledge: None, ..told }]);
+    }
+
+    #[test]
+    fn no_more_uavs_are_listened_to_than_a_team_may_have() {
+        let mut row = row();
+        let all: Vec<Report> = (0..=TEAM_MAX as u32).map(|uav| report(1000 + uav, 0, 1)).collect();
+        let (puts, heard) = put(&mut row, &all);
+        assert_eq!((heard.len(), puts[TEAM_MAX]), (TEAM_MAX, Put::Refused));
+        // Whose report counts can still be heard better.
+        assert_eq!(put(&mut row, &[report(1000, 0, 0)]).0, [Put::Instead]);
+    }
+
+    #[test]
+    fn reports_without_a_number_are_refused() {
+        let mut row = row();
+        for wrong in [f64::NAN, f64::INFINITY] {
+            let (mut state, mut boresight) = (report(1, 0, 1), report(1, 0, 1));
+            state.state.speed_m_s = wrong;
+            boresight.boresight = Some(Angle::from_rad(wrong));
+            assert_eq!(put(&mut row, &[state, boresight]), (vec![Put::Refused; 2], vec![]));
+        }
+    }
+
+    #[test]
+    fn detections_that_no_sensor_makes_are_dropped() {
+        let detection = |target, range_m| Detection {
+            label: TargetLabel(target),
+            measurement: RangeBearing { range_m, bearing: Angle::ZERO },
+        };
+        let mut row = row();
+        let mut said = report(1, 0, 1);
+        said.detections = vec![detection(4, 10.0), detection(2, f64::NAN), detection(1, 5.0), detection(4, 11.0)];
+        row.put(Said::of(&said));
+        let kept: Vec<_> =
+            row.reports().iter().flat_map(|r| &r.detections).map(|d| (d.label.0, d.measurement.range_m)).collect();
+        assert_eq!(kept, [(1, 5.0), (4, 10.0)]);
+    }
+
+    fn cue() -> Cue {
+        Cue {
+            searcher: 0,
+            said: Time::START,
+            number: 0,
+            label: TargetLabel(1),
+            time: Time::START,
+            position: Position::ORIGIN,
+            velocity: Velocity::ZERO,
+            position_sd_m: 20.0,
+            velocity_sd_m_s: 3.0,
+        }
+    }
+
+    /// Two that one searcher says under one number are one entry, of which the same one counts in whatever order.
+    #[test]
+    fn a_cue_counts_once_and_only_if_sound() {
+        let mut row = row();
+        let other = Cue { position: Position::from_m(9.0, 9.0), ..cue() };
+        let unsound = Cue { label: TargetLabel(2), velocity_sd_m_s: -1.0, ..cue() };
+        let of_the_future = Cue { label: TargetLabel(2), time: Time::from_us(6), ..cue() };
+        let puts = [cue(), cue(), other, unsound, of_the_future].map(|cue| row.put_cue(&cue));
+        assert_eq!(puts, [Put::New, Put::Known, Put::Refused, Put::Refused, Put::Refused]);
+        assert_eq!(row.cues(), [cue()]);
+        row.open(Time::from_us(5));
+        assert_eq!([other, cue()].map(|cue| row.put_cue(&cue)), [Put::New, Put::Instead]);
+        assert_eq!(row.cues(), [cue()]);
+    }
+
+    /// The newest, of those the surest, and of those always the same; all are kept, so that each can be said again.
+    #[test]
+    fn which_of_several_cues_counts_is_no_matter_of_order() {
+        let mut best_first = [
+            Cue { time: Time::from_us(4), position_sd_m: 90.0, ..cue() },
+            Cue { position_sd_m: 19.0, velocity_sd_m_s: 9.0, ..cue() },
+            Cue { velocity_sd_m_s: 2.0, ..cue() },
+            Cue { position: Position::from_m(-1.0, 5.0), ..cue() },
+            Cue { position: Position::from_m(0.0, -1.0), ..cue() },
+            Cue { velocity: Velocity::from_m_s(-0.0, 9.0), ..cue() },
+            Cue { velocity: Velocity::from_m_s(0.0, -9.0), ..cue() },
+            cue(),
+        ];
+        for (rank, cue) in (0..).zip(&mut best_first) {
+            cue.searcher = 99 - rank;
+        }
+        for (rank, better) in best_first.iter().enumerate() {
+            for worse in &best_first[rank + 1..] {
+                for heard in [[better, worse], [worse, better]] {
+                    let mut row = row();
+                    heard.into_iter().for_each(|cue| assert_eq!(row.put_cue(cue), Put::New));
+                    // To the bit, also of a zero's sign.
+                    assert_eq!(format!("{:?}", row.cues()), format!("{:?}", [better, worse]));
+                }
+            }
+        }
+    }
+}
