@@ -1,5 +1,7 @@
 //! Nonsense from teammates: it is refused, counted, and leaves no trace in what is known.
 
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
 mod common;
 
 use common::{Team, report, scan_of, step};
@@ -256,4 +258,79 @@ proptest! {
             team.decide(now, &scans, &inbox);
         }
     }
+}
+
+/// Eight bytes of a picture that somebody tells are others.
+#[derive(Debug, Clone, Copy)]
+enum Other {
+    Number(f64),
+    Byte(u8),
+}
+
+fn others() -> impl Strategy<Value = Vec<(usize, Other)>> {
+    let number = prop_oneof![no_number(), Just(1e308), Just(-1e308), Just(0.0), -1e9..1e9f64].prop_map(Other::Number);
+    proptest::collection::vec((any::<usize>(), prop_oneof![number, any::<u8>().prop_map(Other::Byte)]), 1..4)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
+    /// A picture that was tampered with, digest and all: who asks for it believes it or does not, and is total, and what it
+    /// knows is finite.
+    #[test]
+    fn whatever_picture_is_told_an_agent_stays_total(others in others()) {
+        let (bytes, from, now) = TOLD.with(|told| (told.0.clone(), told.1.clone(), told.2));
+        let mut bytes = bytes;
+        for (place, other) in others {
+            match other {
+                Other::Number(number) => {
+                    let place = place % (bytes.len() - 8);
+                    bytes[place..place + 8].copy_from_slice(&number.to_le_bytes());
+                }
+                Other::Byte(byte) => {
+                    let place = place % bytes.len();
+                    bytes[place] = byte;
+                }
+            }
+        }
+        let Ok(picture) = postcard::from_bytes::<Picture>(&bytes) else { return Ok(()) };
+        let stamp = Stamp { time: picture.time, digest: picture.digest() };
+        // What was read may be written otherwise.
+        let bytes = postcard::to_allocvec(&picture).unwrap();
+        let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
+        let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
+        for tick in 0..12i64 {
+            let now = now + Duration::from_us(tick * PERIOD_US);
+            let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
+            let knowledge = report.knowledge.get_or_insert_default();
+            (knowledge.since, knowledge.stamp) = (Time::START, stamp);
+            let observation = agent.observe(now, &own, Some(Scan::default()));
+            agent.hear(&observation, &Message::Report(report));
+            let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
+            let count = parts.len() as u16;
+            for (index, part) in (0..).zip(parts) {
+                let (uav, since) = (UavId(0), Time::START);
+                let part = SnapshotPart { uav, since, stamp, index, count, bytes: part.to_vec() };
+                agent.hear(&observation, &Message::Snapshot(part));
+            }
+            let step = agent.decide(&observation);
+            prop_assert!((25.0..=55.0).contains(&step.command.speed_m_s), "{step:?}");
+            prop_assert!(step.command.turn_rate_rad_s.abs() <= 0.3, "{step:?}");
+            prop_assert!(step.altitude_m.is_none_or(f64::is_finite), "{step:?}");
+            prop_assert!(step.look_at.is_none_or(|look| look.position.is_finite() && look.velocity.is_finite()), "{step:?}");
+            for known in agent.picture().known() {
+                prop_assert!(known.track.estimate().state.0.iter().all(|value| value.is_finite()));
+            }
+        }
+    }
+}
+
+thread_local! {
+    /// What a UAV of a team of two knows after 20 s, as bytes, with a report of it, and the instant.
+    static TOLD: (Vec<u8>, Report, Time) = {
+        let mut team = Team::new(2, 4);
+        (0..40).for_each(|tick| team.tick(tick));
+        let (now, scans, _) = team.speak(40);
+        let said = report(&team.agents[0], now, &team.states[0], scan_of(&scans[0])).unwrap();
+        (postcard::to_allocvec(team.agents[0].committed().unwrap()).unwrap(), said, now)
+    };
 }
