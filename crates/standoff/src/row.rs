@@ -124,9 +124,8 @@ impl Row {
             return Put::Refused;
         }
         let mut put = Put::New;
-        let first = self.cues.partition_point(|known| known.label < cue.label);
-        let of_target = self.cues[first..].iter().take_while(|known| known.label == cue.label);
-        if let Some(index) = of_target.into_iter().position(is_same).map(|index| first + index) {
+        // One that says something else under the same name, of whatever target, is the same entry.
+        if let Some(index) = self.cues.iter().position(is_same) {
             match counting_order(cue, &self.cues[index]) {
                 Ordering::Equal => return Put::Known,
                 Ordering::Greater => return Put::Refused,
@@ -290,13 +289,14 @@ mod tests {
     fn a_cue_counts_once_and_only_if_sound() {
         let mut row = row();
         let other = Cue { position: Position::from_m(9.0, 9.0), ..cue() };
+        let of_another = Cue { label: TargetLabel(2), ..cue() };
         let unsound = Cue { label: TargetLabel(2), velocity_sd_m_s: -1.0, ..cue() };
         let of_the_future = Cue { label: TargetLabel(2), time: Time::from_us(6), ..cue() };
-        let puts = [cue(), cue(), other, unsound, of_the_future].map(|cue| row.put_cue(&cue));
-        assert_eq!(puts, [Put::New, Put::Known, Put::Refused, Put::Refused, Put::Refused]);
+        let puts = [cue(), cue(), other, of_another, unsound, of_the_future].map(|cue| row.put_cue(&cue));
+        assert_eq!(puts, [Put::New, Put::Known, Put::Refused, Put::Refused, Put::Refused, Put::Refused]);
         assert_eq!(row.cues(), [cue()]);
         row.open(Time::from_us(5));
-        assert_eq!([other, cue()].map(|cue| row.put_cue(&cue)), [Put::New, Put::Instead]);
+        assert_eq!([of_another, other, cue()].map(|cue| row.put_cue(&cue)), [Put::New, Put::Instead, Put::Instead]);
         assert_eq!(row.cues(), [cue()]);
     }
 
