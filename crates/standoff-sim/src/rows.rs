@@ -1,8 +1,8 @@
 //! From the agents' types to the record's rows.
 
 use standoff::{
-    Agent, Angle, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture, Step, Time,
-    TrackStatus as Status, UavId, UavState,
+    Agent, Angle, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture, Step,
+    Time, TrackStatus as Status, UavId, UavState,
 };
 
 use crate::frame::{Beliefs, DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};

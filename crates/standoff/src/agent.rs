@@ -264,7 +264,8 @@ impl Agent {
             self.is_stale = false;
         }
         let impossible = self.history.newest().impossible;
-        let refused = Refused { impossible: self.log.refused.impossible.saturating_add(impossible), ..self.log.refused };
+        let refused =
+            Refused { impossible: self.log.refused.impossible.saturating_add(impossible), ..self.log.refused };
         Pilot { params: &self.history.fold.params, picture: self.history.head() }.decide(observation, refused)
     }
 
@@ -370,7 +371,9 @@ impl Agent {
         if !matches!(outbox.first(), Some(Message::Report(_))) {
             outbox.insert(0, Message::Report(Report::of(*id, Time::START, *own)));
         }
-        if let (Some(Message::Report(report)), Some(said)) = (outbox.first_mut(), log.row(now).and_then(|row| row.report_of(uav))) {
+        if let (Some(Message::Report(report)), Some(said)) =
+            (outbox.first_mut(), log.row(now).and_then(|row| row.report_of(uav)))
+        {
             (report.uav, report.epoch, report.sequence) = (uav, *epoch, *sequence);
             (report.time, report.state, report.boresight) = (said.time, *own, scan.boresight);
             (report.duty, report.leaves) = (duty, leaves);
@@ -403,7 +406,9 @@ impl Agent {
     /// Says parts of the picture that somebody has asked this agent for.
     fn offer_snapshot(&mut self, now: i64) {
         let asks_us = |peer: &&Peer| peer.tells(now, self.log.lease()) && peer.asks(self.id).is_some();
-        let Some(since) = self.log.peers().iter().any(|peer| asks_us(&peer)).then_some(self.history.since) else { return };
+        let Some(since) = self.log.peers().iter().any(|peer| asks_us(&peer)).then_some(self.history.since) else {
+            return;
+        };
         if !self.offer.is_fresh(now) {
             let instant = self.offered_instant(now);
             let Some(offer) = self.history.at(instant).and_then(|picture| Offer::of(picture, now)) else { return };
@@ -448,7 +453,8 @@ impl Agent {
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
         let is_own = |peer: &Peer| peer.uav == self.id;
-        let known = (committed + 1..now).take_while(|instant| self.log.is_known(*instant, |peer| is_own(peer) || follows_ours(peer)));
+        let known = (committed + 1..now)
+            .take_while(|instant| self.log.is_known(*instant, |peer| is_own(peer) || follows_ours(peer)));
         known.last().unwrap_or(committed).max(now - 2 * OLD).min(now - 1)
     }
 
@@ -472,7 +478,8 @@ impl Agent {
         // Who does not answer may not hear us: others who follow the same picture have it, too.
         let asks_since = *self.asks_since.get_or_insert(now);
         let (id, lease) = (self.id, self.log.lease());
-        let follows = |peer: &&Peer| peer.uav == counting || (peer.knowledge.since, peer.knowledge.stamp) == (since, stamp);
+        let follows =
+            |peer: &&Peer| peer.uav == counting || (peer.knowledge.since, peer.knowledge.stamp) == (since, stamp);
         let others = || self.log.peers().iter().filter(|peer| peer.uav != id && peer.tells(now, lease)).filter(follows);
         let turn = (now - asks_since) / (2 * lease) % others().count().max(1) as i64;
         let place = others().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
@@ -516,7 +523,10 @@ impl Agent {
         match self.taking.take(part) {
             Taken::Nothing => {}
             // As long as something comes, nobody else is asked.
-            Taken::Part => self.asks_since = Some(self.asks_since.map_or(now, |since| now - (now - since) % (2 * self.log.lease()))),
+            Taken::Part => {
+                self.asks_since =
+                    Some(self.asks_since.map_or(now, |since| now - (now - since) % (2 * self.log.lease())))
+            }
             Taken::Nonsense => {
                 self.log.refused.count_nonsense(true);
                 self.taking.reset();

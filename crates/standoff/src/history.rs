@@ -94,7 +94,10 @@ impl History {
     /// The pictures whose events are told at this instant.
     pub(crate) fn told(&self) -> impl Iterator<Item = (i64, &Picture)> {
         let is_new = |instant: &i64| self.told_before < *instant && *instant <= self.told;
-        self.pictures.iter().map(|(instant, picture)| (*instant, &**picture)).filter(move |(instant, _)| is_new(instant))
+        self.pictures
+            .iter()
+            .map(|(instant, picture)| (*instant, &**picture))
+            .filter(move |(instant, _)| is_new(instant))
     }
 
     /// The newest picture there is.
@@ -206,7 +209,9 @@ impl History {
 
     /// The newest stamp.
     pub(crate) fn stamp(&self, log: &Log) -> Stamp {
-        self.stamps.back().map_or(Stamp::default(), |(instant, digest)| Stamp { time: log.time(*instant), digest: *digest })
+        self.stamps
+            .back()
+            .map_or(Stamp::default(), |(instant, digest)| Stamp { time: log.time(*instant), digest: *digest })
     }
 
     /// Settles what is decided from: groups and duties of now; or, where words go missing, those of the lag ago, by when

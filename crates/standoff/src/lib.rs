@@ -17,9 +17,9 @@ pub mod coordination;
 pub mod covariance;
 pub mod estimation;
 pub mod fleet;
+mod fold;
 pub mod frame;
 pub mod guidance;
-mod fold;
 mod history;
 mod log;
 pub mod math;
@@ -68,7 +68,8 @@ pub use smallest_circle::{CircleMotion, SmallestCircle};
 pub use step::{Diagnostics, LookAt, Observation, Refused, Step};
 pub use target::{TargetParams, TargetState, Transition};
 pub use team::{
-    Aim, CentreEstimate, Discard, GroupCount, GroupParams, LogParams, Margin, Objective, OnMembershipChange, Radio, Search, TeamParams,
+    Aim, CentreEstimate, Discard, GroupCount, GroupParams, LogParams, Margin, Objective, OnMembershipChange, Radio,
+    Search, TeamParams,
 };
 pub use time::{Duration, Time};
 pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};

@@ -72,7 +72,8 @@ impl Pilot<'_> {
     /// Where an observed UAV is on its group's orbit, if it was heard of this very instant: then that is known.
     fn on_orbit_as_heard(&self, observation: &Observation, group: GroupId) -> Option<&OnOrbit> {
         let mut crew = self.picture.on_orbit_of(group);
-        let own = crew.find(|(mate, _)| mate.uav == observation.uav && mate.is_heard && observation.time == self.picture.time);
+        let own = crew
+            .find(|(mate, _)| mate.uav == observation.uav && mate.is_heard && observation.time == self.picture.time);
         own.map(|(_, on_orbit)| on_orbit)
     }
 
@@ -194,8 +195,7 @@ impl Pilot<'_> {
     fn nearest_known(&self, id: UavId, own: &UavState) -> Option<LookAt> {
         self.picture.teammate(id)?;
         let nearest = |lost: bool| {
-            let tracks =
-                self.picture.known().iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
+            let tracks = self.picture.known().iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
             let places = tracks.map(|track| {
                 let state = track.estimate().state;
                 let velocity = if lost { Velocity::ZERO } else { state.velocity() };

@@ -1,8 +1,8 @@
 //! From a scenario's tables to the library's parameters: one line per value.
 
 use standoff::{
-    GroupParams, GuidanceParams, Lead, LogParams, Margin, MotionParams, Radio, SensorParams, StandoffParams, TargetParams, TeamParams,
-    TrackParams, UavParams,
+    GroupParams, GuidanceParams, Lead, LogParams, Margin, MotionParams, Radio, SensorParams, StandoffParams,
+    TargetParams, TeamParams, TrackParams, UavParams,
 };
 
 use super::file::{self, resolved::ScenarioFile};
@@ -41,7 +41,10 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
     let team = TeamParams {
         teammate_timeout_s: number!("teammate_timeout_s", team.teammate_timeout_s),
         radio: if file.radio.is_some() { Radio::Fallible } else { Radio::Perfect },
-        log: LogParams { period_s: pass("log.period_s", "period_s", file.period_s, false), ..TeamParams::table_1().log },
+        log: LogParams {
+            period_s: pass("log.period_s", "period_s", file.period_s, false),
+            ..TeamParams::table_1().log
+        },
         uav: UavParams {
             speed_m_s: number!("uav.speed_m_s", uavs.speed_m_s),
             speed_change_max_m_s: number!("uav.speed_change_max_m_s", uavs.speed_change_max_m_s),

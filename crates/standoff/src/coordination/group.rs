@@ -83,8 +83,14 @@ impl Group {
     pub(crate) fn is_sound(&self) -> bool {
         let Self { spread, margin_m, standoff, smoothed, altitude_m, .. } = self;
         let numbers = [
-            spread.distance_m, spread.rate_m_s, *margin_m, standoff.distance_m, standoff.rate_m_s, smoothed.radius_m,
-            smoothed.rate_m_s, *altitude_m,
+            spread.distance_m,
+            spread.rate_m_s,
+            *margin_m,
+            standoff.distance_m,
+            standoff.rate_m_s,
+            smoothed.radius_m,
+            smoothed.rate_m_s,
+            *altitude_m,
         ];
         self.centre.is_sound() && numbers.iter().all(|number| number.is_finite()) && standoff.distance_m > 0.0
     }

@@ -5,9 +5,9 @@
 //! can have come, and no more than the budget allows; in turn the newest first, which steers, and the oldest, which holds
 //! up what is committed.
 
+use crate::log::Log;
 use crate::log::peer::Peer;
 use crate::log::runs::{first_of, instant_of, last_of};
-use crate::log::Log;
 use crate::message::{Cue, Message, Report, Speaker};
 
 /// After so many periods whoever holds an entry says it: the one whose turn it was is not heard.

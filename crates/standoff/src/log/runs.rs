@@ -11,7 +11,6 @@ impl Runs {
         self.0.is_empty()
     }
 
-
     /// The first and the last of each run.
     pub(crate) fn runs(&self) -> &[(i64, i64)] {
         &self.0

@@ -57,9 +57,8 @@ impl Settling<'_> {
     /// Ends the group with the fewest members; of equals the youngest. Where words are lost, those go first that none of
     /// the UAVs that are heard serves: who serves them may only be out of hearing, and keep them.
     pub(super) fn dissolve_smallest(&mut self) {
-        let is_kept = |id: &GroupId| {
-            self.params.radio == Radio::Fallible && self.team.iter().any(|mate| mate.group == Some(*id))
-        };
+        let is_kept =
+            |id: &GroupId| self.params.radio == Radio::Fallible && self.team.iter().any(|mate| mate.group == Some(*id));
         let size = |id: &&GroupId| (is_kept(id), self.members(**id).count());
         let smallest = self.memberships.groups().iter().rev().min_by_key(size).copied();
         if let Some(id) = smallest {
