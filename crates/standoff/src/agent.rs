@@ -178,9 +178,8 @@ impl Agent {
     /// The pictures whose events are told with the last decision, and whether each is provisional: it may still change. With
     /// nothing missing, that is the picture of now; while words go missing, events are told when they are certain, or likely.
     pub fn told(&self) -> impl Iterator<Item = (&Picture, bool)> {
-        self.history.told().map(|(instant, picture)| {
-            (picture, instant > self.history.committed && (self.is_disturbed() || self.log.is_awaited(instant)))
-        })
+        let is_disturbed = self.is_disturbed();
+        self.history.told().map(move |(instant, picture)| (picture, is_disturbed && instant > self.history.committed))
     }
 
     /// The instant up to which nothing can change any more; `None` before the first.
@@ -260,7 +259,7 @@ impl Agent {
     pub fn decide(&mut self, observation: &Observation) -> Step {
         if let Some(now) = self.now.filter(|_| self.is_stale) {
             self.history.follow(&mut self.log, now);
-            self.history.settle_on(&self.log, now, self.is_disturbed_at(now) || self.log.is_awaited(now));
+            self.history.settle_on(&self.log, now, self.is_disturbed_at(now));
             self.is_stale = false;
         }
         let impossible = self.history.newest().impossible;
@@ -308,7 +307,7 @@ impl Agent {
                 let changed_from = self.log.changed_from;
                 // An instant of which nobody asked for a decision is part of the past all the same.
                 self.history.follow(&mut self.log, last);
-                if changed_from < last || self.log.is_awaited(last) {
+                if changed_from < last {
                     self.log.disturbed_at = last;
                 }
                 self.log.refused.impossible =

@@ -381,13 +381,6 @@ impl Log {
         })
     }
 
-    /// Of somebody who is there, this instant has not been reported.
-    pub(crate) fn is_awaited(&self, instant: i64) -> bool {
-        let Some(row) = self.row(instant) else { return false };
-        let is_there = |peer: &&Peer| peer.is_due(instant) && instant - peer.newest <= self.lease;
-        self.peers.iter().filter(is_there).any(|peer| row.report_of(peer.uav).is_none())
-    }
-
     /// What this agent holds, told in the next report.
     pub(crate) fn list(&self, committed: i64, knowledge: &mut Knowledge) {
         let after = (committed - LISTED_BEFORE).max(self.first - 1);

@@ -95,8 +95,8 @@ fn a_lost_uav_is_replaced_and_may_come_back() {
     assert_eq!((crew(&team, 0).len(), crew(&team, 1).len()), (2, 2));
     // Both UAVs of the second group, one of which is not the one whose picture is looked at.
     team.silent = crew(&team, if crew(&team, 0).contains(&UavId(0)) { 1 } else { 0 });
-    // Silent for more than 3 s, and 2 s of decision lag, for meanwhile words are missing: one group is left, of two UAVs.
-    assert_eq!(fly(&mut team, 60..90, 1), (Some(70), vec![(66, "group-dissolved")]));
+    // Silent for more than 3 s, to all alike, so nothing is missing: one group is left, of two UAVs.
+    assert_eq!(fly(&mut team, 60..90, 1), (Some(66), vec![(66, "group-dissolved")]));
     let duties = &team.agents[0].picture().crew;
     assert!(duties.len() == 2 && duties.iter().all(|duty| !team.silent.contains(&duty.uav)), "{duties:?}");
     team.silent.clear();

@@ -214,8 +214,14 @@ tables! {
 
     /// `[team]`: how the UAVs know of each other.
     table Team numbers {
-        /// A UAV not heard for longer than this counts as lost, s.
+        /// The lease: a UAV not heard for longer than this counts as gone, s.
         teammate_timeout_s = 3.0;
+        /// What is heard later than this counts no more, s; of that at most 1,200 periods. With a mind for each UAV.
+        horizon_s = 60.0;
+        /// While words go missing, groups and duties are those of so long ago, s. With a mind for each UAV.
+        decision_lag_s = 2.0;
+        /// What a UAV says again for others, bytes per second at most. With a mind for each UAV.
+        repair_bytes_per_s = 1500.0;
     } words {
         /// Where the team's picture is kept: `one` for all, or `each` UAV its own; if absent: `one`, or `each` where the
         /// radio, restarts, late starts or clocks are told.

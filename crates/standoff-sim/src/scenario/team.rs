@@ -43,7 +43,9 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
         radio: if file.radio.is_some() { Radio::Fallible } else { Radio::Perfect },
         log: LogParams {
             period_s: pass("log.period_s", "period_s", file.period_s, false),
-            ..TeamParams::table_1().log
+            horizon_s: number!("log.horizon_s", team.horizon_s),
+            decision_lag_s: number!("log.decision_lag_s", team.decision_lag_s),
+            repair_bytes_per_s: number!("log.repair_bytes_per_s", team.repair_bytes_per_s),
         },
         uav: UavParams {
             speed_m_s: number!("uav.speed_m_s", uavs.speed_m_s),

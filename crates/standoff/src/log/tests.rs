@@ -141,9 +141,6 @@ fn who_is_silent_is_there_for_the_lease_and_who_has_left_is_not() {
         (LEASE + 1, Presence::Gone),
     ] {
         assert_eq!(presence(&log, 10 + later), [(1, one), left]);
-        log.turn_to(10 + later, 0);
-        // It is waited for within its lease, the other one never.
-        assert_eq!(log.is_awaited(10 + later), (1..=LEASE).contains(&later), "{later}");
     }
     log.hear_report(&report(2, 20), 20, -1);
     assert_eq!(presence(&log, 20)[1], (2, Presence::Live));
