@@ -4,7 +4,6 @@ pub mod assignment;
 pub mod clustering;
 pub mod event;
 pub mod group;
-pub mod group_id;
 pub mod handoff;
 pub mod memberships;
 mod required_orbit;

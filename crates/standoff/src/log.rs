@@ -19,17 +19,14 @@ use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
-pub(crate) use peer::Peer;
 pub use peer::Presence;
+pub(crate) use peer::{NEVER, Peer};
 
 /// More runs than this in one report are not believed: gaps have a bound.
 pub(crate) const HELD_MAX: usize = 1024;
 
 /// So many instants before what is committed are still listed as held: who hears a report may have missed those before.
 const LISTED_BEFORE: i64 = 40;
-
-/// Long before any instant.
-pub(crate) const NEVER: i64 = i64::MIN / 2;
 
 /// An agent's log.
 #[derive(Debug, Clone)]

@@ -7,8 +7,8 @@
 //! it is heard, once, however often; anybody may say it again for who has not heard it.
 
 use crate::angle::Angle;
-use crate::coordination::group_id::GroupId;
 use crate::frame::{Position, Velocity};
+use crate::group_id::GroupId;
 use crate::sensor::RangeBearing;
 use crate::time::Time;
 use crate::uav::{UavId, UavState};

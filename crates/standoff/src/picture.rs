@@ -7,19 +7,19 @@ use crate::angle::Angle;
 use crate::coordination::assignment::{AssignmentLaw, AvailableUav, Duty, Site, assign, sound};
 use crate::coordination::event::{AssignmentReason, Event, EventKind};
 use crate::coordination::group::Group;
-use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::{Known, Memberships, Roster};
 use crate::coordination::search::{SearchDuty, Searching};
 use crate::coordination::settling::{Agenda, Room, Settling};
 use crate::coordination::teammate::Teammate;
+use crate::digest::digest;
 use crate::estimation::information_filter::Contribution;
 use crate::estimation::track::{Track, TrackId, TrackStatus};
 use crate::frame::Position;
+use crate::group_id::GroupId;
 use crate::guidance::heading::OnOrbit;
 use crate::message::{Report, TargetLabel};
 use crate::row::{Row, TEAM_MAX};
 use crate::sensor::{RangeBearing, SensorParams};
-use crate::snapshot;
 use crate::target::Transition;
 use crate::team::{GroupCount, GroupParams, Search, TeamParams};
 use crate::time::{Duration, Time};
@@ -121,7 +121,7 @@ impl Picture {
 
     /// What the picture is, in one number: equal for two that will be followed by equal ones.
     pub fn digest(&self) -> u64 {
-        snapshot::digest(self)
+        digest(self)
     }
 
     /// Works out what is not told of a picture that came from elsewhere; `false` if it is none that could be followed: out of

@@ -2,10 +2,10 @@
 
 use crate::angle::Angle;
 use crate::coordination::group::Group;
-use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
 use crate::coordination::search::SearchArea;
 use crate::frame::{Displacement, Position, Velocity};
+use crate::group_id::GroupId;
 use crate::guidance::aim::{middle, middle_of_most};
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};

@@ -5,7 +5,7 @@
 
 use core::cmp::Ordering;
 
-use crate::coordination::group_id::GroupId;
+use crate::group_id::GroupId;
 use crate::message::{Cue, Detection, Report, Scan};
 use crate::time::Time;
 use crate::uav::{UavId, UavState};

@@ -3,8 +3,6 @@
 //! Whoever lacks the team's past, or has another one, asks for a picture; parts come as the repair budget allows, and are
 //! said again as the next report tells which have come.
 
-use postcard::ser_flavors::Flavor;
-
 use crate::message::{Ask, SnapshotPart, Stamp};
 use crate::picture::Picture;
 use crate::time::Time;
@@ -15,46 +13,6 @@ const PARTS_MAX: usize = 4096;
 
 /// What is offered is a newer picture after so many periods.
 const OFFERED_FOR: i64 = 40;
-
-/// The digest of a picture: two that differ in any bit that matters later have two, but for one case in 2^64.
-pub(crate) fn digest(picture: &Picture) -> u64 {
-    // A picture has nothing that cannot be written.
-    postcard::serialize_with_flavor(picture, Digest(0x9E37_79B9_7F4A_7C15)).unwrap_or(0)
-}
-
-/// Words of eight bytes, one after the other; each changes all that follow.
-struct Digest(u64);
-
-impl Digest {
-    fn mix(&mut self, word: u64) {
-        let mixed = (self.0 ^ word).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
-        self.0 = (mixed ^ (mixed >> 32)).rotate_left(17);
-    }
-}
-
-impl Flavor for Digest {
-    type Output = u64;
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.mix(u64::from(byte));
-        Ok(())
-    }
-
-    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        // Almost all are numbers of eight bytes.
-        if let Ok(word) = bytes.try_into() {
-            self.mix(u64::from_le_bytes(word));
-        } else {
-            bytes.iter().for_each(|byte| self.mix(u64::from(*byte)));
-        }
-        Ok(())
-    }
-
-    fn finalize(mut self) -> postcard::Result<u64> {
-        self.mix(0);
-        Ok(self.0)
-    }
-}
 
 /// A picture that is told to who asks.
 #[derive(Debug, Clone, Default)]
@@ -71,7 +29,7 @@ impl Offer {
     pub(crate) fn of(picture: &Picture, now: i64) -> Option<Self> {
         let bytes = postcard::to_allocvec(picture).ok()?;
         let parts = bytes.len().div_ceil(SnapshotPart::BYTES_MAX);
-        let stamp = Stamp { time: picture.time, digest: digest(picture) };
+        let stamp = Stamp { time: picture.time, digest: picture.digest() };
         (parts <= PARTS_MAX).then(|| Self { stamp, bytes, said_at: vec![i64::MIN; parts], made_at: now })
     }
 
@@ -192,6 +150,6 @@ impl Taking {
 /// The picture that these bytes are, if they are what was told of them.
 fn read(bytes: &[u8], stamp: Stamp) -> Option<Picture> {
     let (mut picture, rest) = postcard::take_from_bytes::<Picture>(bytes).ok()?;
-    let is_it = rest.is_empty() && picture.time == stamp.time && digest(&picture) == stamp.digest;
+    let is_it = rest.is_empty() && picture.time == stamp.time && picture.digest() == stamp.digest;
     (is_it && picture.make_whole()).then_some(picture)
 }

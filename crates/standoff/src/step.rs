@@ -1,8 +1,8 @@
 //! What a UAV is to do, and how good that is.
 
 use crate::angle::Angle;
-use crate::coordination::group_id::GroupId;
 use crate::frame::{Displacement, Position, Velocity};
+use crate::group_id::GroupId;
 use crate::guidance::heading::Steering;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};

@@ -23,7 +23,7 @@ mod tests;
 
 use core::fmt;
 
-use crate::coordination::group_id::GroupId;
+use crate::group_id::GroupId;
 use crate::sensor::SensorParams;
 use crate::team::Objective;
 use crate::time::Time;

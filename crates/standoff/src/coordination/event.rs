@@ -1,7 +1,7 @@
 //! What can happen to targets, groups and UAVs, and why.
 
-use crate::coordination::group_id::GroupId;
 use crate::estimation::track::{LossReason, TrackId};
+use crate::group_id::GroupId;
 use crate::uav::UavId;
 
 /// Something that changed in a picture.

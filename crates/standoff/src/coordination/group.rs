@@ -3,13 +3,13 @@
 use nalgebra::{Matrix2, Vector6};
 
 use crate::coordination::event::EventKind;
-use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::Known;
 use crate::coordination::spread::{furthest_from, margin_m, spread_in};
 use crate::coordination::wanted_centre::{WantedCentre, circle_in};
 use crate::estimation::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::estimation::track::TrackId;
 use crate::frame::Position;
+use crate::group_id::GroupId;
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::spacing::speed_floor_m_s;

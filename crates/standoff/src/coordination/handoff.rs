@@ -8,8 +8,8 @@
 //! radial speed of the field (20), all with the target in the group; the slowest UAV counts. The dwell is frozen at the
 //! request. Where the denominator vanishes, the UAV never arrives by this measure: the longest dwell holds.
 
-use crate::coordination::group_id::GroupId;
 use crate::frame::Position;
+use crate::group_id::GroupId;
 use crate::guidance::heading::Orbit;
 use crate::guidance::vector_field::{Sense, VectorField};
 use crate::time::{Duration, Time};

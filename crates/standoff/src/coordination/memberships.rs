@@ -1,10 +1,10 @@
 //! Every known target, and the groups that it belongs to.
 
-use crate::coordination::group_id::GroupId;
 use crate::coordination::handoff::Handoff;
 use crate::estimation::information_filter::Estimate;
 use crate::estimation::track::{Track, TrackId};
 use crate::frame::Position;
+use crate::group_id::GroupId;
 use crate::time::{Duration, Time};
 
 /// A target's place in the team's work.
@@ -212,7 +212,7 @@ impl Memberships {
 
     /// The id of a group that is founded of the targets in these places.
     pub(crate) fn new_group(&mut self, now: Time, places: impl Iterator<Item = usize>) -> GroupId {
-        self.last = GroupId::founded(now, places.map(|place| self.known[place].track.id), self.last);
+        self.last = GroupId::founded(now, places.map(|place| self.known[place].track.id.0), self.last);
         self.numbers.push((self.last, self.founded));
         self.founded = self.founded.saturating_add(1);
         self.last

@@ -188,9 +188,9 @@ impl Searching<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coordination::group_id::GroupId;
     use crate::coordination::memberships::Membership;
     use crate::frame::Velocity;
+    use crate::group_id::GroupId;
     use crate::message::{Cue, Report, TargetLabel};
     use crate::uav::UavState;
 

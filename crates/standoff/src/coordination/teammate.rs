@@ -1,8 +1,8 @@
 //! The UAVs that share the work.
 
 use crate::angle::Angle;
-use crate::coordination::group_id::GroupId;
 use crate::frame::Displacement;
+use crate::group_id::GroupId;
 use crate::math;
 use crate::message::Report;
 use crate::team::Radio;

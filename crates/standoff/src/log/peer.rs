@@ -1,8 +1,10 @@
 //! Who is there, and what each has heard.
 
-use crate::log::NEVER;
 use crate::message::{Ask, Held, Knowledge, Speaker};
 use crate::uav::UavId;
+
+/// Long before any instant.
+pub(crate) const NEVER: i64 = i64::MIN / 2;
 
 /// Whether a teammate is there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use core::ops::RangeInclusive;
 
 use nalgebra::Matrix2;
 
-use crate::coordination::group_id::GroupId;
 use crate::frame::Position;
+use crate::group_id::GroupId;
 use crate::math;
 use crate::sensor::SensorParams;
 use crate::uav::UavId;

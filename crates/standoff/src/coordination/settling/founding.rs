@@ -4,10 +4,10 @@ use crate::coordination::clustering::{Clusters, group_count};
 use crate::coordination::event::{
     CompletionReason, DissolutionReason, Event, EventKind, FoundingReason, WithdrawalReason,
 };
-use crate::coordination::group_id::GroupId;
 use crate::coordination::memberships::{Known, Membership};
 use crate::coordination::settling::Settling;
 use crate::frame::Position;
+use crate::group_id::GroupId;
 use crate::team::{GroupCount, Radio};
 use crate::time::Duration;
 

@@ -1,10 +1,10 @@
 //! How a target passes from one group to another.
 
 use crate::coordination::event::{CompletionReason, Event, EventKind, WithdrawalReason};
-use crate::coordination::group_id::GroupId;
 use crate::coordination::handoff::{Handoff, dwell_s};
 use crate::coordination::memberships::Membership;
 use crate::coordination::settling::{Room, Settling};
+use crate::group_id::GroupId;
 use crate::math;
 use crate::time::Duration;
 

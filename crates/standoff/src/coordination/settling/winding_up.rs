@@ -1,9 +1,9 @@
 //! How a group ends that is not needed: its members pass to others, each in a dwell.
 
 use crate::coordination::event::{Event, EventKind, WithdrawalReason};
-use crate::coordination::group_id::GroupId;
 use crate::coordination::required_orbit::RequiredOrbit;
 use crate::coordination::settling::Settling;
+use crate::group_id::GroupId;
 use crate::time::Duration;
 
 /// What part of the largest radius others' orbits may need to hold a group that ends for it: less than what they may

@@ -1,6 +1,5 @@
 //! Names of groups.
 
-use crate::estimation::track::TrackId;
 use crate::time::Time;
 
 /// Identifies a group, for as long as it lives and beyond: made from when it was founded and of whom, so that two halves of
@@ -9,13 +8,13 @@ use crate::time::Time;
 pub struct GroupId(pub u64);
 
 impl GroupId {
-    /// That of a group founded now of these members; above the `last` one that was given.
+    /// That of a group founded now of these tracks; above the `last` one that was given.
     ///
     /// Microseconds since the start of the mission, then 16 bits of who is in it: a hybrid logical clock (Kulkarni et al.,
     /// *Logical Physical Clocks*, 2014), whose counter is the last one given.
-    pub(crate) fn founded(now: Time, members: impl Iterator<Item = TrackId>, last: Self) -> Self {
+    pub(crate) fn founded(now: Time, members: impl Iterator<Item = u32>, last: Self) -> Self {
         let of_whom = members.fold(0xCBF2_9CE4_8422_2325_u64, |hash, track| {
-            (hash ^ u64::from(track.0)).wrapping_mul(0x0000_0100_0000_01B3)
+            (hash ^ u64::from(track)).wrapping_mul(0x0000_0100_0000_01B3)
         });
         // What the last member changes in the low bits is to be told in the high ones, too.
         let of_whom = (of_whom ^ of_whom >> 32).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
@@ -30,9 +29,7 @@ mod tests {
 
     #[test]
     fn an_id_tells_when_and_of_whom_and_never_comes_again() {
-        let id = |us, tracks: &[u32], last| {
-            GroupId::founded(Time::from_us(us), tracks.iter().map(|track| TrackId(*track)), GroupId(last))
-        };
+        let id = |us, tracks: &[u32], last| GroupId::founded(Time::from_us(us), tracks.iter().copied(), GroupId(last));
         assert_eq!(id(5, &[1, 2], 0), id(5, &[1, 2], 7));
         assert_ne!(id(5, &[1, 2], 0), id(5, &[1, 3], 0));
         assert!(id(5, &[1, 2], 0) < id(6, &[1, 2], 0));
