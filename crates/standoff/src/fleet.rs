@@ -41,9 +41,9 @@ use crate::uav::{UavId, UavState};
 pub struct Fleet {
     fold: Fold,
     /// The picture of the instant before this one.
-    previous: Picture,
+    previous: Box<Picture>,
     /// That of this instant, once one was asked for; until then an older one, to be written over.
-    picture: Picture,
+    picture: Box<Picture>,
     /// What was said of this instant.
     row: Row,
     /// The time since the instant before this one.
@@ -61,8 +61,8 @@ impl Fleet {
     pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
         Ok(Self {
             fold: Fold::new(params)?,
-            previous: Picture::default(),
-            picture: Picture::default(),
+            previous: Box::default(),
+            picture: Box::default(),
             row: Row::default(),
             dt: Duration::ZERO,
             started: false,
@@ -128,7 +128,7 @@ impl Fleet {
 
     /// Forgets all that is known and was heard; what was refused stays counted.
     pub fn reset(&mut self) {
-        (self.previous, self.picture) = (Picture::default(), Picture::default());
+        (self.previous, self.picture) = (Box::default(), Box::default());
         self.row.open(Time::START);
         (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }

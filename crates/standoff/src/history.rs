@@ -134,6 +134,12 @@ impl History {
         Some(&*self.pictures[place].1).filter(|_| instant >= self.since)
     }
 
+    /// The newest picture that is kept of an instant or one before.
+    fn at_or_before(&self, instant: i64) -> Option<&Picture> {
+        let place = self.pictures.partition_point(|(other, _)| *other <= instant).checked_sub(1)?;
+        Some(&self.pictures[place].1)
+    }
+
     /// Works out the pictures up to now, from the first instant of which something new was heard.
     pub(crate) fn follow(&mut self, log: &mut Log, now: i64) {
         let changed = log.changed_from.max(self.committed.min(self.pictures[self.pictures.len() - 1].0) + 1);
@@ -223,8 +229,8 @@ impl History {
         // What may still change is told when that has become unlikely.
         let likely = self.committed.max(now - self.lag - DENSE);
         self.told = if is_disturbed { self.acted.min(likely).max(self.told_before) } else { self.acted };
-        let later = self.pictures.iter().rev().take_while(|(instant, _)| *instant > self.acted);
-        self.is_held_back = later.clone().any(|(_, picture)| picture.is_rearranged);
+        self.is_held_back = self.acted < now
+            && self.at_or_before(self.acted).is_some_and(|then| self.newest().is_rearranged_since(then));
         if !self.is_held_back {
             return;
         }

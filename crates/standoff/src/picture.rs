@@ -50,9 +50,6 @@ pub struct Picture {
     on_orbit: Vec<OnOrbit>,
     had_team: bool,
     agenda: Agenda,
-    /// Who is where, or does what, has changed since the picture before.
-    #[serde(skip)]
-    pub(crate) is_rearranged: bool,
     /// Reports of this instant that no UAV could have made: it is not where it was before.
     #[serde(skip)]
     pub(crate) impossible: u32,
@@ -140,6 +137,13 @@ impl Picture {
             && self.team.iter().all(|mate| mate.state.is_finite() && mate.said.is_finite())
     }
 
+    /// Who is in which group, or serves which, is another than in the picture before.
+    pub(crate) fn is_rearranged_since(&self, previous: &Picture) -> bool {
+        self.crew != previous.crew
+            || self.searches != previous.searches
+            || self.memberships.roster() != previous.memberships.roster()
+    }
+
     /// The how many'th group it is that was founded, from 0: how records and people call it, where all hear everything.
     /// Of groups that are there, or were at the last instant.
     pub fn number(&self, group: GroupId) -> Option<u32> {
@@ -203,9 +207,6 @@ impl Picture {
         }
         self.tell_of_uavs(previous);
         self.judge_groups(previous, params);
-        self.is_rearranged = self.crew != previous.crew
-            || self.searches != previous.searches
-            || self.memberships.roster() != previous.memberships.roster();
     }
 
     fn take_cues(&mut self, news: &News, params: &TeamParams) {
@@ -329,15 +330,14 @@ impl Picture {
     /// there, it is a new one once the other is forgotten.
     fn weigh_reports(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &mut Vec<UavId>) {
         impossible.clear();
-        let mut mates = previous.team.iter().peekable();
+        let (lease, speed_m_s) = (params.lease(), 2.0 * params.uav.speed_max_m_s());
+        let mut mates = &previous.team[..];
         for report in news.row.reports() {
-            while mates.next_if(|mate| mate.uav < report.uav).is_some() {}
-            let mate = mates.next_if(|mate| mate.uav == report.uav).filter(|mate| is_of_late(mate, news.now, params));
-            let is_possible = mate.is_none_or(|mate| {
-                let reach_m = 2.0 * params.uav.speed_max_m_s() * (news.now - mate.said_at).s() + JUMP_M;
-                report.state.position.squared_distance_m2(mate.said.position) <= reach_m * reach_m
-            });
-            if !is_possible {
+            let Some(mate) = next_of(&mut mates, report.uav).filter(|mate| mate.is_of_late(news.now, lease)) else {
+                continue;
+            };
+            let reach_m = speed_m_s * (news.now - mate.said_at).s() + JUMP_M;
+            if report.state.position.squared_distance_m2(mate.said.position) > reach_m * reach_m {
                 impossible.push(report.uav);
             }
         }
@@ -347,22 +347,22 @@ impl Picture {
     /// The team: every UAV heard of late, and the group it served until now.
     fn gather_team(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &[UavId]) {
         self.team.clear();
-        let mut silent = previous.team.iter().filter(|mate| is_of_late(mate, news.now, params)).peekable();
+        let lease = params.lease();
+        let mut mates = &previous.team[..];
         let mut room = TEAM_MAX - (news.row.reports().len() - impossible.len());
-        let mut carry_on = |mate: &Teammate, team: &mut Vec<Teammate>| {
-            if room > 0 {
+        let mut carry_on = |mates: &[Teammate], team: &mut Vec<Teammate>| {
+            for mate in mates.iter().filter(|mate| mate.is_of_late(news.now, lease)).take(room) {
                 room -= 1;
                 team.push(mate.carried_on(news.now, params.radio, previous.duty_of(mate.uav)));
             }
         };
         for report in counting(news.row, impossible) {
-            while let Some(mate) = silent.next_if(|mate| mate.uav < report.uav) {
-                carry_on(mate, &mut self.team);
-            }
-            silent.next_if(|mate| mate.uav == report.uav);
+            let before = mates;
+            let is_known = next_of(&mut mates, report.uav).is_some();
+            carry_on(&before[..before.len() - mates.len() - usize::from(is_known)], &mut self.team);
             self.team.push(Teammate::heard(report, previous.duty_of(report.uav)));
         }
-        silent.for_each(|mate| carry_on(mate, &mut self.team));
+        carry_on(mates, &mut self.team);
     }
 
     /// The id of the group that a UAV serves.
@@ -535,9 +535,15 @@ fn counting<'a>(row: &'a Row, impossible: &'a [UavId]) -> impl Iterator<Item = &
     row.reports().iter().filter(|report| impossible.is_empty() || !impossible.contains(&report.uav))
 }
 
-/// The UAV has been heard within the lease, and has not said that it leaves.
-fn is_of_late(mate: &Teammate, now: Time, params: &TeamParams) -> bool {
-    !mate.has_left && now - mate.said_at <= Duration::from_s(params.teammate_timeout_s)
+/// The mate of that UAV, of those from the first one on that is not before it; and from then on those after it.
+fn next_of<'a>(mates: &mut &'a [Teammate], uav: UavId) -> Option<&'a Teammate> {
+    while let Some((mate, rest)) = mates.split_first().filter(|(mate, _)| mate.uav <= uav) {
+        *mates = rest;
+        if mate.uav == uav {
+            return Some(mate);
+        }
+    }
+    None
 }
 
 fn is_ascending<T: PartialOrd>(ids: impl Iterator<Item = T>) -> bool {

@@ -53,12 +53,11 @@ impl<'a> Said<'a> {
 pub(crate) struct Row {
     /// The instant.
     pub(crate) time: Time,
-    /// By ascending UAV.
+    /// By ascending UAV; the first `said` of them count, the others are room.
     reports: Vec<Report>,
+    said: usize,
     /// By ascending label; of one target the one that counts first.
     cues: Vec<Cue>,
-    /// Room of older reports.
-    spare: Vec<Report>,
 }
 
 impl Row {
@@ -66,17 +65,17 @@ impl Row {
     pub(crate) fn open(&mut self, time: Time) {
         self.time = time;
         self.cues.clear();
-        self.spare.append(&mut self.reports);
+        self.said = 0;
     }
 
     /// The reports, by ascending UAV.
     pub(crate) fn reports(&self) -> &[Report] {
-        &self.reports
+        &self.reports[..self.said]
     }
 
     /// The report of a UAV.
     pub(crate) fn report_of(&self, uav: UavId) -> Option<&Report> {
-        self.reports.binary_search_by_key(&uav, |report| report.uav).ok().map(|index| &self.reports[index])
+        self.reports().binary_search_by_key(&uav, |report| report.uav).ok().map(|index| &self.reports[index])
     }
 
     /// The cues, by ascending label; of several of one target the first counts.
@@ -90,7 +89,7 @@ impl Row {
         if !state.is_finite() || scan.boresight.is_some_and(|angle| !angle.rad().is_finite()) {
             return Put::Refused;
         }
-        let (index, put) = match self.reports.binary_search_by_key(&uav, |report| report.uav) {
+        let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
             Ok(index) => {
                 let known = &self.reports[index];
                 match stamp.cmp(&(known.epoch, known.sequence)) {
@@ -99,21 +98,21 @@ impl Row {
                     Ordering::Less => (index, Put::Instead),
                 }
             }
-            Err(_) if self.reports.len() >= TEAM_MAX => return Put::Refused,
+            Err(_) if self.said >= TEAM_MAX => return Put::Refused,
             Err(index) => {
-                let report = self.spare.pop().unwrap_or_else(|| Report::of(uav, self.time, *state));
-                // So that to open the row again takes no more room.
-                self.spare.reserve(self.reports.len() + 1);
-                self.reports.insert(index, report);
+                if self.reports.len() == self.said {
+                    self.reports.push(Report::of(uav, self.time, *state));
+                }
+                self.reports[index..=self.said].rotate_right(1);
+                self.said += 1;
                 (index, Put::New)
             }
         };
         let report = &mut self.reports[index];
-        let mut detections = core::mem::take(&mut report.detections);
-        keep_sound(scan.detections, &mut detections);
+        keep_sound(scan.detections, &mut report.detections);
         (report.uav, report.time, report.state, report.boresight) = (uav, self.time, *state, scan.boresight);
         (report.epoch, report.sequence) = stamp;
-        (report.detections, report.duty, report.leaves) = (detections, duty, leaves);
+        (report.duty, report.leaves) = (duty, leaves);
         put
     }
 

@@ -161,6 +161,11 @@ impl TeamParams {
         }
     }
 
+    /// For how long a UAV that is silent counts as being there.
+    pub fn lease(&self) -> Duration {
+        Duration::from_s(self.teammate_timeout_s)
+    }
+
     /// What the UAVs cannot be carried on with over a period: [`UavParams::errors_over`].
     pub fn errors_over(&self, period: Duration) -> Vec<ParamError> {
         errors_of([("uav", self.uav.errors_over(period))])

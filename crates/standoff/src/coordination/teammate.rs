@@ -6,7 +6,7 @@ use crate::group_id::GroupId;
 use crate::math;
 use crate::message::Report;
 use crate::team::Radio;
-use crate::time::Time;
+use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
 /// A UAV heard of late.
@@ -38,6 +38,11 @@ impl Teammate {
         let Report { uav, state, boresight, time, duty, leaves, .. } = *report;
         let (said, said_at, does, has_left) = (state, time, duty, leaves);
         Self { uav, state, is_heard: true, boresight, group, said, said_at, does, has_left }
+    }
+
+    /// It has been heard within the lease, and has not said that it leaves.
+    pub(crate) fn is_of_late(&self, now: Time, lease: Duration) -> bool {
+        !self.has_left && now - self.said_at <= lease
     }
 
     /// The same, not heard now, carried on from where it last said it was: straight on, or with the turn that it flew.
