@@ -194,8 +194,8 @@ impl Brain for OwnLaw {
             let Scan { boresight, detections } = scan;
             // Nobody starts anew in a mission: its clock counts the instants.
             let sequence = u32::try_from(now.us() / 1000).unwrap_or(u32::MAX);
-            let (time, state, detections) = (now, *own, detections.to_vec());
-            Message::Report(Report { uav, epoch: 0, sequence, time, state, boresight, detections })
+            let detections = detections.to_vec();
+            Message::Report(Report { sequence, boresight, detections, ..Report::of(uav, now, *own) })
         });
         if let Some(seen) = self.seen.get_mut(uav.0 as usize) {
             *seen = Seen { own: *own, report, observation, ..Seen::default() };
@@ -219,6 +219,8 @@ impl Brain for OwnLaw {
                     fleet.hear(observation, message);
                 }
             }
+            // A law's own minds tell one another nothing of the kind.
+            Message::Snapshot(_) => {}
         }
     }
 
@@ -239,7 +241,7 @@ impl Brain for OwnLaw {
             None
         });
         let Some(Answer { command, look_at, altitude_m, group }) = answer else { return step };
-        let group = group.map(GroupId).or(step.diagnostics.group);
+        let group_number = group.or(step.diagnostics.group_number);
         // What a law that knows the limits asks for at a bound, one that does not would ask for beyond: both are limited.
         let beyond = |wanted: Flown| Flown {
             speed_m_s: wanted.speed_m_s + AT_BOUND * (wanted.speed_m_s - self.limits.speed_m_s),
@@ -250,7 +252,7 @@ impl Brain for OwnLaw {
             command,
             look_at: look_at.or(step.look_at),
             altitude_m: altitude_m.or(step.altitude_m),
-            diagnostics: Diagnostics { group, speed_limited, turn_rate_limited, ..step.diagnostics },
+            diagnostics: Diagnostics { group_number, speed_limited, turn_rate_limited, ..step.diagnostics },
         }
     }
 
@@ -319,11 +321,10 @@ impl OwnLaw {
         }
         let Command { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group } =
             answer.cast::<Command>()?.get().clone();
-        let groups = self.fleet.as_ref().map(|fleet| &fleet.picture().groups);
-        if let (Some(group), Some(groups)) = (group, groups)
-            && !groups.iter().any(|there| there.id.0 == group)
+        if let (Some(group), Some(picture)) = (group, self.fleet.as_ref().map(Fleet::picture))
+            && let there = picture.groups.iter().filter_map(|there| picture.number(there.id)).collect::<Vec<u32>>()
+            && !there.contains(&group)
         {
-            let there: Vec<u32> = groups.iter().map(|there| there.id.0).collect();
             return Err(PyValueError::new_err(format!("decide: group {group} is none of {there:?}")));
         }
         let look_at = look_at
@@ -380,7 +381,7 @@ impl AssignmentLaw for OwnAssignment {
             let groups = PyFrozenSet::new(py, sites.iter().map(|site| site.group.0))?;
             let how = (name(law)?, uavs, groups).into_pyobject(py)?;
             let answer = self.asked.ask(&law.getattr("decide")?, choice, "duties", how)?;
-            let duties: Option<Vec<(u32, u32)>> = answer.extract()?;
+            let duties: Option<Vec<(u32, u64)>> = answer.extract()?;
             let duty = |(uav, group)| Duty { uav: UavId(uav), group: GroupId(group) };
             PyResult::Ok(duties.map(|duties| duties.into_iter().map(duty).collect()))
         })

@@ -242,7 +242,7 @@ impl Observed {
                 .look_at
                 .map(|look| [look.position.x_m(), look.position.y_m(), look.velocity.x_m_s(), look.velocity.y_m_s()]),
             altitude_m: step.altitude_m,
-            group: step.diagnostics.group.map(|group| group.0),
+            group: step.diagnostics.group_number,
         });
         Ok(Self {
             time_s: now.s(),
@@ -291,9 +291,9 @@ pub(crate) struct Picture {
     uav_state: Py<PyArray2<f64>>,
 }
 
-/// A group's number, or -1.
-fn number(group: Option<standoff::GroupId>) -> i64 {
-    group.map_or(-1, |group| group.0.into())
+/// The name of a group in a choice, or -1: no larger than a signed number may be.
+fn name(group: Option<standoff::GroupId>) -> i64 {
+    group.map_or(-1, |group| group.0.cast_signed())
 }
 
 impl Picture {
@@ -309,6 +309,8 @@ impl Picture {
             [at.x_m(), at.y_m(), velocity.x_m_s(), velocity.y_m_s()]
         });
         let of_groups = |of: &dyn Fn(&standoff::Group) -> f64| one(py, kept.groups.iter().map(of).collect());
+        let number =
+            |group: Option<standoff::GroupId>| group.and_then(|group| kept.number(group)).map_or(-1, i64::from);
         let is_discarded = |known: &Known| matches!(known.membership, Membership::Discarded);
         let flying = kept.team.iter().flat_map(|mate| {
             let UavState { position, heading, speed_m_s, turn_rate_rad_s } = mate.state;
@@ -320,7 +322,7 @@ impl Picture {
             covariance: three(py, covariances),
             held: one(py, live.iter().map(|known| known.track.status == TrackStatus::Held).collect()),
             target_group: whole(&|known| number(known.group().filter(|_| !is_discarded(known)))),
-            group: one(py, kept.groups.iter().map(|group| i64::from(group.id.0)).collect()),
+            group: one(py, kept.groups.iter().map(|group| number(Some(group.id))).collect()),
             centre: two(py, centres.collect(), 4),
             spread_m: of_groups(&|group| group.spread.distance_m),
             standoff_distance_m: of_groups(&|group| group.standoff.distance_m),
@@ -364,9 +366,9 @@ pub(crate) struct Choice {
     uav: Py<PyArray1<i64>>,
     /// ``(U, 2)``: where they are: x_m, y_m.
     position: Py<PyArray2<f64>>,
-    /// ``(U,)``: the group that each serves until now; -1: none.
+    /// ``(U,)``: the group that each serves until now, by its id; -1: none.
     serves: Py<PyArray1<i64>>,
-    /// ``(G,)``: the groups.
+    /// ``(G,)``: the groups' ids, which tell them apart and nothing else.
     group: Py<PyArray1<i64>>,
     /// For each group where its targets are, ``(n, 2)``: x_m, y_m.
     members: Vec<Py<PyArray2<f64>>>,
@@ -382,8 +384,8 @@ impl Choice {
             time_s: now.s(),
             uav: one(py, uavs.iter().map(|uav| i64::from(uav.uav.0)).collect()),
             position: places(&positions),
-            serves: one(py, uavs.iter().map(|uav| number(uav.serves)).collect()),
-            group: one(py, sites.iter().map(|site| i64::from(site.group.0)).collect()),
+            serves: one(py, uavs.iter().map(|uav| name(uav.serves)).collect()),
+            group: one(py, sites.iter().map(|site| name(Some(site.group))).collect()),
             members: sites.iter().map(|site| places(site.members)).collect(),
         })
     }

@@ -192,6 +192,9 @@ impl Filter {
         Self::of(parameters, |team| {
             let cued = |target: usize| {
                 let cue = Cue {
+                    searcher: 0,
+                    said: Time::START,
+                    number: 0,
                     label: TargetLabel(0),
                     time: Time::START,
                     position: position.position(target),

@@ -186,7 +186,7 @@ pub(crate) fn assignment(
         if labels.len() > CREW_MAX {
             return Err(labels.len());
         }
-        let id = |label: i64| labels.binary_search(&label).ok().map(|index| GroupId(index as u32));
+        let id = |label: i64| labels.binary_search(&label).ok().map(|index| GroupId(index as u64));
         let mut members = vec![Vec::new(); labels.len()];
         for index in target_row {
             if let Ok(place) = labels.binary_search(&group.one(index)) {
@@ -195,7 +195,7 @@ pub(crate) fn assignment(
         }
         let sites = members.iter().enumerate();
         let sites: Vec<Site<'_>> =
-            sites.map(|(place, members)| Site { group: GroupId(place as u32), members }).collect();
+            sites.map(|(place, members)| Site { group: GroupId(place as u64), members }).collect();
         let available = uav_row.enumerate().map(|(number, index)| AvailableUav {
             uav: UavId(number as u32),
             position: uav.position(index),
