@@ -380,7 +380,8 @@ impl Log {
 
     /// What this agent holds, told in the next report.
     pub(crate) fn list(&self, committed: i64, knowledge: &mut Knowledge) {
-        let after = (committed - LISTED_BEFORE).max(self.first - 1);
+        // Of what was said before its first row it holds nothing, which is told with it.
+        let after = committed - LISTED_BEFORE;
         knowledge.listed_after = self.time(after);
         knowledge.held.clear();
         for (speaker, runs) in &self.held {
