@@ -260,11 +260,11 @@ impl Message {
     ///
     /// | | bytes |
     /// |---|---|
-    /// | kind | 1 |
+    /// | every message: what it is, 3; checksum, 4 | 7 |
     /// | report: who and when, 18; state and boresight, 48; duty, 8; flags, 1; number of detections, 2 | 77 |
     /// | each detection: label, range, bearing | 20 |
     /// | knowledge, where it is told: times, 32; stamp, 16; number of runs, 2 | 50 |
-    /// | each run of entries held | 19 |
+    /// | each run of entries held | 13 |
     /// | a request for a snapshot: whom, 2; stamp, 17; parts, 10 | 29 |
     /// | cue | 72 |
     /// | part of a snapshot: head, 32; and its bytes | 32 + n |
@@ -272,16 +272,16 @@ impl Message {
         match self {
             Self::Report(report) => Self::report_size_bytes(report, report.knowledge.as_deref()),
             Self::Cue(_) => Self::CUE_SIZE_BYTES,
-            Self::Snapshot(part) => 33 + part.bytes.len(),
+            Self::Snapshot(part) => 39 + part.bytes.len(),
         }
     }
 
-    pub(crate) const CUE_SIZE_BYTES: usize = 73;
+    pub(crate) const CUE_SIZE_BYTES: usize = 79;
 
     /// That of a report, told with what its speaker knows or without.
     pub(crate) fn report_size_bytes(report: &Report, told: Option<&Knowledge>) -> usize {
-        let told = told.map_or(0, |told| 50 + 19 * told.held.len() + told.asks.map_or(0, |_| 29));
-        78 + 20 * report.detections.len() + told
+        let told = told.map_or(0, |told| 50 + 13 * told.held.len() + told.asks.map_or(0, |_| 29));
+        84 + 20 * report.detections.len() + told
     }
 }
 

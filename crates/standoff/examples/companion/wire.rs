@@ -2,10 +2,15 @@
 
 use standoff::*;
 
+/// The first two bytes of every message: whose, and which version of them.
+const MAGIC: [u8; 2] = *b"s1";
+
 /// As many bytes as [`Message::size_bytes`] tells, little-endian; numbers go as they are, for all must compute with the same
-/// bits. UAVs and searchers have ids below 65,536.
+/// bits. UAVs and searchers have ids below 65,536, and a run of entries has at most as many. The checksum at the end finds
+/// damage; it keeps nobody out who means harm.
 pub(crate) fn encode(message: &Message) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(message.size_bytes());
+    bytes.extend(MAGIC);
     match message {
         Message::Report(report) => put_report(report, &mut bytes),
         Message::Cue(cue) => put_cue(cue, &mut bytes),
@@ -18,6 +23,8 @@ pub(crate) fn encode(message: &Message) -> Vec<u8> {
             bytes.extend(part);
         }
     }
+    let checksum = crc32fast::hash(&bytes);
+    put(&mut bytes, [checksum.to_le_bytes()]);
     bytes
 }
 
@@ -65,7 +72,8 @@ fn put_knowledge(knowledge: &Knowledge, bytes: &mut Vec<u8>) {
         };
         bytes.push(kind);
         put(bytes, [(id as u16).to_le_bytes()]);
-        put(bytes, [from, to].map(|number| number.to_le_bytes()));
+        put(bytes, [from.to_le_bytes()]);
+        put(bytes, [(to.saturating_sub(*from).clamp(0, 65_535) as u16).to_le_bytes()]);
     }
     if let Some(Ask { of, stamp, next, after }) = asks {
         put(bytes, [of.0 as u16, *next].map(u16::to_le_bytes));
@@ -88,7 +96,9 @@ fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
 
 /// `None` for what is no message. What is one and makes no sense, the agent refuses itself.
 pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
-    let mut from = Reader(bytes);
+    let (told, checksum) = bytes.split_last_chunk()?;
+    let is_whole = crc32fast::hash(told) == u32::from_le_bytes(*checksum);
+    let mut from = Reader(told.strip_prefix(&MAGIC).filter(|_| is_whole)?);
     let message = match from.byte()? {
         0 => Message::Report(from.report()?),
         1 => Message::Cue(from.cue()?),
@@ -186,7 +196,8 @@ impl Reader<'_> {
             (1, searcher) => Speaker::Searcher(searcher),
             _ => return None,
         };
-        Some(Held { speaker, from: self.signed()?, to: self.signed()? })
+        let (from, more) = (self.signed()?, self.short()?);
+        Some(Held { speaker, from, to: from.checked_add(more.into())? })
     }
 
     fn ask(&mut self) -> Option<Ask> {
