@@ -29,16 +29,8 @@ pub(crate) struct Arguments {
 impl Arguments {
     /// Names and values, in any order; what is wrong, for people.
     pub(crate) fn parse(words: impl Iterator<Item = String>) -> Result<Self, String> {
-        let mut arguments = Self {
-            uav: u32::MAX,
-            team: 0,
-            port: 0,
-            seconds: 0,
-            lose_percent: 0,
-            start_us: None,
-            epoch: 0,
-            at: None,
-        };
+        let mut arguments =
+            Self { uav: u32::MAX, team: 0, port: 0, seconds: 0, lose_percent: 0, start_us: None, epoch: 0, at: None };
         let mut words = words;
         while let Some(name) = words.next() {
             let value = words.next().ok_or_else(|| format!("{name}: a value is missing; {USAGE}"))?;

@@ -143,9 +143,10 @@ impl Companion {
             crew.collect::<Vec<_>>().join("+")
         });
         let crews = crews.collect::<Vec<_>>().join(" ");
-        let committed = self.agent.committed().map_or("none".to_owned(), |picture| {
-            format!("{:016x} of {:.1} s", picture.digest(), picture.time.s())
-        });
+        let committed = self
+            .agent
+            .committed()
+            .map_or("none".to_owned(), |picture| format!("{:016x} of {:.1} s", picture.digest(), picture.time.s()));
         let (t_s, heading_deg, damaged) = (self.now.s(), own.heading.deg(), self.damaged);
         format!(
             "{t_s:4} s  at {x_m:.0},{y_m:.0},{heading_deg:.0}  {r_m:.0} m from the centre, orbit {r_d_m:.0} m, \
@@ -182,7 +183,8 @@ fn main() -> ExitCode {
     let fly = |arguments: Arguments| -> Result<(), Vec<String>> {
         let Arguments { uav, epoch, at, .. } = arguments;
         let own = at.unwrap_or_else(|| start(uav, arguments.team));
-        let uav = Companion::new(uav, epoch, own).map_err(|wrong| wrong.iter().map(ParamError::to_string).collect::<Vec<_>>())?;
+        let uav = Companion::new(uav, epoch, own)
+            .map_err(|wrong| wrong.iter().map(ParamError::to_string).collect::<Vec<_>>())?;
         udp::fly(uav, &arguments).map_err(|error| vec![format!("port {}: {error}", arguments.port_of(arguments.uav))])
     };
     match Arguments::parse(std::env::args().skip(1)).map_err(|wrong| vec![wrong]).and_then(fly) {

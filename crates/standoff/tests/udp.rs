@@ -1,0 +1,231 @@
+//! The example of docs/embedding.md as processes of their own, over UDP: they lose messages, are stopped, killed and started
+//! again, and agree all the same.
+
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::collections::BTreeMap;
+use std::env::consts::EXE_SUFFIX;
+use std::io::{BufRead, BufReader};
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio, id};
+use std::sync::{Arc, LazyLock, Mutex};
+use std::thread::{sleep, spawn};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// The newest of what lies in a folder.
+fn changed(folder: &Path) -> SystemTime {
+    let entries = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let times =
+        entries.map(|path| if path.is_dir() { changed(&path) } else { path.metadata().unwrap().modified().unwrap() });
+    times.max().unwrap()
+}
+
+/// `cargo test` builds examples beside the tests; `cargo test --test udp` does not, so it is looked at how old this one is.
+static COMPANION: LazyLock<PathBuf> = LazyLock::new(|| {
+    let test = std::env::current_exe().unwrap();
+    let profile = test.parent().unwrap().parent().unwrap();
+    let built = profile.join("examples").join(format!("companion{EXE_SUFFIX}"));
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let sources = ["src", "examples"].map(|folder| changed(&here.join(folder)));
+    if built.metadata().and_then(|file| file.modified()).is_ok_and(|time| sources.iter().all(|source| *source <= time))
+    {
+        return built;
+    }
+    let name = profile.file_name().unwrap().to_str().unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(here).args(["build", "--quiet", "--example", "companion", "--target-dir"]);
+    cargo.arg(profile.parent().unwrap()).args(["--profile", if name == "debug" { "dev" } else { name }]);
+    assert!(cargo.status().unwrap().success());
+    built
+});
+
+/// What a UAV has printed of a second.
+#[derive(Debug, Clone, PartialEq)]
+struct Line {
+    t_s: u32,
+    at: String,
+    crews: String,
+    /// Digest and instant.
+    picture: String,
+    damaged: u32,
+}
+
+impl Line {
+    fn of(text: &str) -> Self {
+        let between = |from: &str, to: &str| {
+            let rest = text.split(from).nth(1).unwrap_or_else(|| panic!("{text}"));
+            rest.split(to).next().unwrap().to_owned()
+        };
+        Self {
+            t_s: text.split(" s").next().unwrap().trim().parse().unwrap(),
+            at: between("  at ", " "),
+            crews: between("crews ", ";"),
+            picture: between("; picture ", ";"),
+            damaged: between("; damaged ", ";").parse().unwrap(),
+        }
+    }
+}
+
+/// A process, which does not outlive its test.
+struct Process {
+    child: Child,
+    printed: Arc<Mutex<Vec<Line>>>,
+}
+
+impl Process {
+    fn signal(&self, name: &str) {
+        let script = format!("kill -{name} {}", self.child.id());
+        assert!(Command::new("sh").args(["-c", &script]).status().unwrap().success());
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+struct Team {
+    start: SystemTime,
+    port: u16,
+    uavs: Vec<Process>,
+}
+
+/// UAVs of a team, of which each loses a fifth of what it hears.
+const UAVS: usize = 4;
+
+impl Team {
+    fn new(port: u16) -> Self {
+        // Below the ports that systems give away.
+        let is_free =
+            |port: &u16| (0..UAVS as u16).all(|uav| UdpSocket::bind((Ipv4Addr::LOCALHOST, port + uav)).is_ok());
+        let first = port + (id() % 500) as u16 * 8;
+        let port = (0..200).map(|more| first + 8 * more).find(is_free).unwrap();
+        // Built before the clock is looked at.
+        LazyLock::force(&COMPANION);
+        let start = SystemTime::now() + Duration::from_millis(500);
+        let mut team = Self { start, port, uavs: Vec::new() };
+        team.uavs = (0..UAVS).map(|uav| team.started(uav, &[])).collect();
+        team
+    }
+
+    fn started(&self, uav: usize, more: &[&str]) -> Process {
+        let start_us = self.start.duration_since(UNIX_EPOCH).unwrap().as_micros();
+        let (team, port) = (UAVS, self.port);
+        // Should the test be ended, they end by themselves.
+        let given = format!("--uav {uav} --team {team} --port {port} --seconds 120 --lose 20 --start-us {start_us}");
+        let mut command = Command::new(&*COMPANION);
+        let mut child = command.args(given.split(' ')).args(more).stdout(Stdio::piped()).spawn().unwrap();
+        let (printed, lines) = (Arc::<Mutex<Vec<Line>>>::default(), BufReader::new(child.stdout.take().unwrap()));
+        let told = Arc::clone(&printed);
+        spawn(move || lines.lines().map_while(Result::ok).for_each(|line| told.lock().unwrap().push(Line::of(&line))));
+        Process { child, printed }
+    }
+
+    /// Time since the mission's start.
+    fn now_s(&self) -> f64 {
+        self.start.elapsed().unwrap_or_default().as_secs_f64()
+    }
+
+    fn printed(&self, uav: usize) -> Vec<Line> {
+        self.uavs[uav].printed.lock().unwrap().clone()
+    }
+
+    /// The first of three seconds of which all these UAVs tell the same crews; from then on no two have told two committed
+    /// pictures of one instant, and of some instant all have told theirs, unless one is silent: then nothing is committed.
+    fn agree_at(&self, uavs: &[usize], after_s: f64) -> Option<u32> {
+        let printed: Vec<Vec<Line>> = uavs.iter().map(|uav| self.printed(*uav)).collect();
+        let crews = |lines: &[Line], t_s| lines.iter().find(|line| line.t_s == t_s).map(|line| line.crews.clone());
+        let same_crews = |t_s: u32| {
+            let told = crews(&printed[0], t_s).filter(|crews| !crews.is_empty());
+            told.is_some() && printed.iter().all(|lines| crews(lines, t_s) == told)
+        };
+        let same_pictures = |from: u32| {
+            // By instant, which UAV has told what of it.
+            let mut told: BTreeMap<&str, BTreeMap<usize, &str>> = BTreeMap::new();
+            for (uav, line) in (0..).zip(&printed).flat_map(|(uav, lines)| lines.iter().map(move |line| (uav, line))) {
+                if let Some((digest, instant)) = line.picture.split_once(" of ").filter(|_| line.t_s >= from) {
+                    told.entry(instant).or_default().insert(uav, digest);
+                }
+            }
+            told.values().all(|digests| digests.values().all(|digest| Some(digest) == digests.values().next()))
+                && (uavs.len() < UAVS || told.values().any(|digests| digests.len() == UAVS))
+        };
+        let last = printed[0].last()?.t_s;
+        let seconds = (after_s.ceil() as u32)..=last.saturating_sub(2);
+        seconds.into_iter().find(|from| (*from..from + 3).all(same_crews) && same_pictures(*from))
+    }
+
+    /// Waits until they agree, and gives back how long that took after a time.
+    fn agree(&self, uavs: &[usize], after_s: f64, within_s: f64, what: &str) {
+        while self.now_s() < after_s + within_s + 8.0 {
+            sleep(Duration::from_millis(200));
+            if let Some(at_s) = self.agree_at(uavs, after_s) {
+                let took_s = f64::from(at_s) - after_s;
+                println!("{what}: agreed after {took_s:.1} s");
+                assert!(took_s <= within_s, "{what}: only after {took_s:.1} s");
+                return;
+            }
+        }
+        let tails: Vec<_> = uavs
+            .iter()
+            .map(|uav| self.printed(*uav))
+            .map(|lines| lines[lines.len().saturating_sub(8)..].to_vec())
+            .collect();
+        panic!("{what}: they do not agree: {tails:#?}");
+    }
+
+    fn wait_until(&self, t_s: f64) {
+        sleep(Duration::from_secs_f64((t_s - self.now_s()).max(0.0)));
+    }
+
+    /// Stops a UAV for so long; the others agree without it, and it with them afterwards.
+    fn stop(&self, uav: usize, for_s: f64, within_s: f64) {
+        let (others, stopped_s): (Vec<usize>, f64) = ((0..UAVS).filter(|other| *other != uav).collect(), self.now_s());
+        self.uavs[uav].signal("STOP");
+        self.wait_until(stopped_s + for_s);
+        self.agree(&others, stopped_s, for_s, "those who were not stopped");
+        self.uavs[uav].signal("CONT");
+        self.agree(&[0, 1, 2, 3], self.now_s(), within_s, "the one that was stopped, and the others");
+    }
+}
+
+#[test]
+fn a_team_agrees_though_a_uav_stops_or_starts_anew_and_somebody_talks_nonsense() {
+    let mut team = Team::new(20_000);
+    let stranger = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let shout = |to: &Team| {
+        for (length, uav) in (0..200).zip((0..UAVS as u16).cycle()) {
+            let nonsense: Vec<u8> = (0..length).map(|byte| (byte * 31 + length) as u8).collect();
+            stranger.send_to(&nonsense, (Ipv4Addr::LOCALHOST, to.port + uav)).unwrap();
+        }
+    };
+    team.wait_until(2.0);
+    shout(&team);
+    team.agree(&[0, 1, 2, 3], 2.0, 10.0, "all");
+    team.stop(2, 5.0, 8.0);
+
+    // A computer that fails: its aircraft flies on meanwhile.
+    let before = team.printed(0);
+    team.uavs.remove(0);
+    team.wait_until(team.now_s() + 1.5);
+    let at = &before.last().unwrap().at;
+    let again = team.started(0, &["--epoch", "1", "--at", at]);
+    team.uavs.insert(0, again);
+    team.agree(&[0, 1, 2, 3], team.now_s(), 10.0, "the one that was started again, and the others");
+
+    // Of the 50 to each a fifth was lost.
+    let damaged = before.last().unwrap().damaged;
+    assert!((25..=50).contains(&damaged), "{damaged}");
+}
+
+/// Its time jumps by more than an agent believes.
+#[test]
+fn a_uav_that_stood_still_for_long_comes_back_by_itself() {
+    let team = Team::new(25_000);
+    team.agree(&[0, 1, 2, 3], 0.0, 10.0, "all");
+    team.stop(0, 11.0, 12.0);
+}
