@@ -6,9 +6,11 @@
 #[path = "../examples/companion/main.rs"]
 mod companion;
 
+use std::f64::consts::FRAC_PI_2;
+
 use companion::arguments::Arguments;
 use companion::udp::Loss;
-use companion::{Companion, PERIOD, start, vehicles, wire};
+use companion::{Companion, PERIOD, cue, start, vehicles, wire};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -96,7 +98,7 @@ fn a_message_comes_through_as_it_was_said() {
     let plain = Report::of(UavId(7), Time::from_us(-5), own);
     let stamp = Stamp { time: Time::from_us(9), digest: u64::MAX - 1 };
     let measurement = RangeBearing { range_m: 512.25, bearing: Angle::from_rad(1.5) };
-    let held = |speaker, from| Held { speaker, from, to: from + 70_000 };
+    let held = |speaker, from| Held { speaker, from, to: from + 65_535 };
     let knowledge = |asks| Knowledge {
         since: Time::from_us(1),
         committed: Time::from_us(2),
@@ -140,6 +142,193 @@ fn a_message_comes_through_as_it_was_said() {
     }
 }
 
+fn any_time() -> impl Strategy<Value = Time> {
+    any::<i64>().prop_map(Time::from_us)
+}
+
+fn any_stamp() -> impl Strategy<Value = Stamp> {
+    (any_time(), any::<u64>()).prop_map(|(time, digest)| Stamp { time, digest })
+}
+
+fn any_uav() -> impl Strategy<Value = UavId> {
+    any::<u16>().prop_map(|id| UavId(id.into()))
+}
+
+fn any_angle() -> impl Strategy<Value = Angle> {
+    (-3.1..3.1).prop_map(Angle::from_rad)
+}
+
+fn any_knowledge() -> impl Strategy<Value = Knowledge> {
+    let held = (any::<u16>(), any::<bool>(), any::<i32>(), any::<u16>()).prop_map(|(id, is_uav, from, more)| {
+        let speaker = if is_uav { Speaker::Uav(UavId(id.into())) } else { Speaker::Searcher(id.into()) };
+        let from = i64::from(from) << 16;
+        Held { speaker, from, to: from + i64::from(more) }
+    });
+    let ask = (any_uav(), proptest::option::of(any_stamp()), any::<u16>(), any::<u64>());
+    let ask = ask.prop_map(|(of, stamp, next, after)| Ask { of, stamp, next, after });
+    let (times, held) = ([(); 4].map(|()| any_time()), proptest::collection::vec(held, 0..40));
+    (times, any_stamp(), held, proptest::option::of(ask)).prop_map(|(times, stamp, held, asks)| {
+        let [since, committed, listed_after, disturbed] = times;
+        Knowledge { since, committed, stamp, listed_after, held, disturbed, asks }
+    })
+}
+
+fn any_message() -> impl Strategy<Value = Message> {
+    let detection = (any::<u32>(), -1e4..1e4, any_angle()).prop_map(|(label, range_m, bearing)| Detection {
+        label: TargetLabel(label),
+        measurement: RangeBearing { range_m, bearing },
+    });
+    let who = (any_uav(), any::<u32>(), any::<u32>(), any_time(), any::<bool>(), proptest::option::of(any::<u64>()));
+    let what = (
+        [-1e6..1e6, -1e6..1e6, 0.0..90.0, -0.5..0.5],
+        any_angle(),
+        proptest::option::of(any_angle()),
+        proptest::collection::vec(detection, 0..20),
+        proptest::option::of(any_knowledge()),
+    );
+    let report = (who, what).prop_map(|((uav, epoch, sequence, time, leaves, duty), what)| {
+        let ([x_m, y_m, speed_m_s, turn_rate_rad_s], heading, boresight, detections, knowledge) = what;
+        let state = UavState { position: Position::from_m(x_m, y_m), heading, speed_m_s, turn_rate_rad_s };
+        let (duty, knowledge) = (duty.map(GroupId), knowledge.map(Box::new));
+        Message::Report(Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge })
+    });
+    let cue = (any::<[u16; 2]>(), any::<u32>(), any_time(), any_time(), [(); 6].map(|()| -1e6..1e6));
+    let cue = cue.prop_map(|([searcher, number], label, said, time, [x_m, y_m, vx_m_s, vy_m_s, p_m, v_m_s])| {
+        let (searcher, label, position) = (searcher.into(), TargetLabel(label), Position::from_m(x_m, y_m));
+        let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::from_m_s(vx_m_s, vy_m_s), p_m, v_m_s);
+        Message::Cue(Cue { searcher, said, number, label, time, position, velocity, position_sd_m, velocity_sd_m_s })
+    });
+    let bytes = proptest::collection::vec(any::<u8>(), 0..=SnapshotPart::BYTES_MAX);
+    let part = (any_uav(), any_time(), any_stamp(), any::<[u16; 2]>(), bytes);
+    let part = part.prop_map(|(uav, since, stamp, [index, count], bytes)| {
+        Message::Snapshot(SnapshotPart { uav, since, stamp, index, count, bytes })
+    });
+    prop_oneof![report, cue, part]
+}
+
+proptest! {
+    #[test]
+    fn whatever_is_said_comes_through_as_it_was_said(message in any_message()) {
+        let bytes = wire::encode(&message);
+        prop_assert_eq!(bytes.len(), message.size_bytes());
+        prop_assert_eq!(wire::decode(&bytes), Some(message));
+    }
+
+    /// Damage is found: one byte that is another is no message, wherever it is.
+    #[test]
+    fn what_was_damaged_is_no_message(message in any_message(), place in any::<prop::sample::Index>(), flip in 1u8..) {
+        let mut bytes = wire::encode(&message);
+        bytes[place.index(message.size_bytes())] ^= flip;
+        prop_assert_eq!(wire::decode(&bytes), None);
+    }
+
+    /// With a true checksum, too: it is read as far as it makes sense, an agent takes it, and more than came is never made
+    /// room for.
+    #[test]
+    fn whatever_comes_does_no_harm(message in any_message(), changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8), cut in any::<prop::sample::Index>()) {
+        let mut bytes = wire::encode(&message);
+        bytes.truncate(bytes.len() - 4);
+        if changes.len() % 2 == 1 {
+            bytes.truncate(cut.index(bytes.len() + 1));
+        }
+        let has_more = bytes.len() > 3;
+        for (place, byte) in changes.iter().take_while(|_| has_more) {
+            // What it is stays: or most would be no message.
+            let place = 3 + place.index(bytes.len() - 3);
+            bytes[place] = *byte;
+        }
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        let mut uav = Companion::new(0, 0, start(0, 2)).unwrap();
+        let (observation, _) = uav.observe(Time::START);
+        uav.hear(&observation, &bytes);
+        let is_message = wire::decode(&bytes).is_some_and(|read| wire::encode(&read).len() == bytes.len());
+        prop_assert_eq!(uav.damaged, u32::from(!is_message));
+        uav.decide(&observation);
+        prop_assert!(uav.command.turn_rate_rad_s.abs() <= 0.3 && (25.0..=55.0).contains(&uav.command.speed_m_s));
+    }
+
+    #[test]
+    fn bytes_that_nobody_made_are_no_message(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        prop_assert_eq!(wire::decode(&bytes), None);
+    }
+}
+
+#[test]
+fn what_is_typed_wrong_is_said() {
+    let parse = |text: &str| Arguments::parse(text.split(' ').map(str::to_owned));
+    let given = "--uav 1 --team 3 --port 4000 --seconds 5 --lose 20 --start-us 7 --epoch 2 --at 1,-2,90";
+    let Arguments { uav, team, port, seconds, lose_percent, start_us, epoch, at } = parse(given).unwrap();
+    assert_eq!((uav, team, port, seconds, lose_percent, start_us, epoch), (1, 3, 4000, 5, 20, Some(7), 2));
+    assert_eq!(at.map(|own| (own.position, own.heading)), Some((Position::from_m(1.0, -2.0), Angle::from_deg(90.0))));
+    for (wrong, named) in [
+        ("--uav 3 --team 3 --port 4000 --seconds 5", "--uav has to be below --team"),
+        ("--uav 0 --team 1 --seconds 5", "--port"),
+        ("--lose 101", "--lose 101: allowed is a whole number from 0 to 100"),
+        ("--at 1,2", "--at 1,2: allowed is three numbers"),
+        ("--at 1,2,nan", "allowed"),
+        ("--start-us -1", "--start-us -1"),
+        ("--seconds", "--seconds: a value is missing"),
+        ("--speed 5", "--speed: there is no such option"),
+    ] {
+        let error = parse(wrong).unwrap_err();
+        assert!(error.contains(named) && error.contains("usage"), "{wrong}: {error}");
+    }
+}
+
+/// What each of so many UAVs says, kbit/s: the mean, and the most of any UAV in any second. They circle about ten vehicles,
+/// measure all of them twice a second, and lose so much of what they hear, for two minutes.
+fn kbit_s(team: u32, lose_percent: u32) -> [f64; 2] {
+    let params = TeamParams { radio: Radio::Fallible, ..TeamParams::table_1() };
+    let mut losses: Vec<_> = (0..team).map(|id| Loss::new(lose_percent, id)).collect();
+    let mut agents: Vec<_> = (0..team).map(|id| Agent::new(UavId(id), params).unwrap()).collect();
+    let mut by_second = vec![vec![0; 120]; team as usize];
+    for tick in 0..240 {
+        let now = Time::from_us(tick * PERIOD.us());
+        let place = |id: u32, speed_m_s: f64| Position::from_m(speed_m_s * now.s(), 40.0 * f64::from(id));
+        let cues: Vec<_> = (0..10)
+            .filter(|_| tick == 0)
+            .map(|id| cue(now, (TargetLabel(id), place(id, 5.0), Velocity::from_m_s(5.0, 0.0))))
+            .collect();
+        let mut said: Vec<(Observation, Vec<Message>)> = Vec::new();
+        for (id, agent) in (0..).zip(&mut agents) {
+            let heading = Angle::from_rad(0.1 * now.s() + f64::from(id));
+            let position = place(5, 5.0) + Displacement::from_polar(400.0, Angle::from_rad(heading.rad() - FRAC_PI_2));
+            let own = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
+            let measure = |id| standoff::sensor::measure(position, place(id, 5.0));
+            let detections: Vec<_> =
+                (0..10).map(|id| Detection { label: TargetLabel(id), measurement: measure(id) }).collect();
+            let scan = Scan { boresight: Some(Angle::from_rad(heading.rad() + FRAC_PI_2)), detections: &detections };
+            let observation = agent.observe(now, &own, Some(scan));
+            let messages = agent.outbox(&observation).to_vec();
+            by_second[id as usize][tick as usize / 2] +=
+                messages.iter().map(|message| wire::encode(message).len()).sum::<usize>();
+            said.push((observation, messages));
+        }
+        for (index, agent) in agents.iter_mut().enumerate() {
+            let observation = &said[index].0;
+            let others =
+                said.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, (_, messages))| messages);
+            let heard = others.filter(|_| !losses[index].loses());
+            cues.iter().chain(heard).for_each(|message| agent.hear(observation, message));
+            agent.decide(observation);
+        }
+    }
+    let seconds = || by_second.iter().flatten().map(|bytes| *bytes as f64 * 8e-3);
+    [seconds().sum::<f64>() / seconds().count() as f64, seconds().fold(0.0, f64::max)]
+}
+
+/// Repairs included; what each says of itself is a third of that.
+#[test]
+fn ten_targets_take_less_than_20_kbit_s_though_a_fifth_is_lost() {
+    for (team, lose_percent, mean_max) in [(4, 0, 7.0), (4, 20, 20.0), (8, 20, 20.0)] {
+        let [mean, most] = kbit_s(team, lose_percent);
+        println!("{team} UAVs, {lose_percent} % lost: {mean:.1}, at most {most:.1}");
+        assert!(mean < mean_max, "{team} UAVs, {lose_percent} %: {mean:.1} kbit/s");
+        // What is said again has a bound, of which a second's worth may be saved; a message may go beyond it.
+        assert!(most < mean_max + 2.0 * 12.0 + 5.0, "{team} UAVs, {lose_percent} %: {most:.1} kbit/s");
+    }
+}
+
 /// A companion computer may run it on whatever thread it likes.
 #[test]
 fn an_agent_can_move_to_another_thread() {
@@ -157,6 +346,8 @@ fn the_book_quotes_what_it_prints() {
     let quoted: Vec<_> = quoted.split("```").next().unwrap().lines().filter(|line| *line != "...").collect();
     assert!(quoted.len() > 3);
     for line in quoted {
-        assert!(printed.contains(&line.to_owned()), "{line}\n{printed:#?}");
+        // What a picture's digest is, is told by no page.
+        let line = line.strip_suffix("...").unwrap_or(line);
+        assert!(printed.iter().any(|printed| printed.starts_with(line)), "{line}\n{printed:#?}");
     }
 }

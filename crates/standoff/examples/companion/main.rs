@@ -25,7 +25,7 @@ pub(crate) struct Companion {
     /// one comes.
     pub(crate) own: UavState,
     autopilot: Response,
-    command: Command,
+    pub(crate) command: Command,
     /// Where your gimbal points.
     look_at: Option<LookAt>,
     /// The instant of all these.
@@ -164,7 +164,7 @@ pub(crate) fn vehicles(now: Time) -> impl Iterator<Item = (TargetLabel, Position
     })
 }
 
-fn cue(time: Time, (label, position, velocity): (TargetLabel, Position, Velocity)) -> Message {
+pub(crate) fn cue(time: Time, (label, position, velocity): (TargetLabel, Position, Velocity)) -> Message {
     let (searcher, said, number) = (0, time, label.0 as u16);
     Message::Cue(Cue {
         searcher,
