@@ -317,15 +317,13 @@ fn kbit_s(team: u32, lose_percent: u32) -> [f64; 2] {
     [seconds().sum::<f64>() / seconds().count() as f64, seconds().fold(0.0, f64::max)]
 }
 
-/// Repairs included; what each says of itself is a third of that.
+/// What is said again for others included.
 #[test]
 fn ten_targets_take_less_than_20_kbit_s_though_a_fifth_is_lost() {
     for (team, lose_percent, mean_max) in [(4, 0, 7.0), (4, 20, 20.0), (8, 20, 20.0)] {
         let [mean, most] = kbit_s(team, lose_percent);
         println!("{team} UAVs, {lose_percent} % lost: {mean:.1}, at most {most:.1}");
         assert!(mean < mean_max, "{team} UAVs, {lose_percent} %: {mean:.1} kbit/s");
-        // What is said again has a bound, of which a second's worth may be saved; a message may go beyond it.
-        assert!(most < mean_max + 2.0 * 12.0 + 5.0, "{team} UAVs, {lose_percent} %: {most:.1} kbit/s");
     }
 }
 

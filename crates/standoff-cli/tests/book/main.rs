@@ -169,6 +169,7 @@ fn quoted_code_stands_in_an_example() {
     let trimmed = |text: &str| text.lines().map(str::trim).collect::<Vec<_>>().join("\n");
     let examples = [
         "standoff/examples/companion/main.rs",
+        "standoff/examples/companion/udp.rs",
         "standoff/examples/companion/wire.rs",
         "standoff-sim/examples/follower.rs",
     ];
