@@ -228,10 +228,20 @@ fn a_team_agrees_though_a_uav_stops_or_starts_anew_and_somebody_talks_nonsense()
     assert!((25..=50).contains(&damaged), "{damaged}");
 }
 
-/// Its time jumps by more than an agent believes.
+/// Its time jumps by more than an agent believes. Then another one leaves, and says so: nobody waits for its lease to end.
 #[test]
-fn a_uav_that_stood_still_for_long_comes_back_by_itself() {
-    let team = Team::new(25_000);
+fn a_uav_that_stood_still_for_long_comes_back_by_itself_and_one_that_leaves_is_let_go() {
+    let end_s = 26;
+    let mut team = Team::new(25_000);
+    team.uavs.pop();
+    team.uavs.push(team.started(3, &["--seconds", "26"]));
     team.agree(&[0, 1, 2, 3], 0.0, 10.0, "all");
     team.stop(0, 11.0, 15.0);
+
+    team.wait_until(f64::from(end_s) + 3.9);
+    for uav in 0..3 {
+        let printed = team.printed(uav);
+        let crews_at = |t_s| &printed.iter().rfind(|line| line.t_s <= t_s).unwrap().crews;
+        assert!(crews_at(end_s - 2).contains('3') && !crews_at(end_s + 3).contains('3'), "{uav}: {printed:#?}");
+    }
 }
