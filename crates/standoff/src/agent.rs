@@ -409,7 +409,7 @@ impl Agent {
             return;
         };
         if !self.offer.is_fresh(now) {
-            let instant = self.offered_instant(now);
+            let instant = self.history.kept_up_to(self.offered_instant(now));
             let Some(offer) = self.history.at(instant).and_then(|picture| Offer::of(picture, now)) else { return };
             self.offer = offer;
             self.history.commit_stamped(instant, self.offer.stamp.digest);
@@ -442,7 +442,7 @@ impl Agent {
     fn offered_instant(&self, now: i64) -> i64 {
         let committed = self.history.committed;
         if now - committed <= OLD || self.counting(now).is_some() {
-            return self.history.base_instant();
+            return committed;
         }
         let follows_ours = |peer: &Peer| {
             let stamp = peer.knowledge.stamp;
@@ -451,9 +451,8 @@ impl Agent {
                 && self.log.instant_at(peer.knowledge.since) == self.history.since
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
-        let is_own = |peer: &Peer| peer.uav == self.id;
-        let known = (committed + 1..now)
-            .take_while(|instant| self.log.is_known(*instant, |peer| is_own(peer) || follows_ours(peer)));
+        let peers = || self.log.peers().iter().filter(|peer| follows_ours(peer));
+        let known = (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_told_by(peer, *instant)));
         known.last().unwrap_or(committed).max(now - 2 * OLD).min(now - 1)
     }
 

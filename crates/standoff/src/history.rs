@@ -116,10 +116,10 @@ impl History {
         &self.pictures[committed.count().max(1) - 1].1
     }
 
-    /// Its instant.
-    pub(crate) fn base_instant(&self) -> i64 {
-        let committed = self.pictures.iter().take_while(|(instant, _)| *instant <= self.committed);
-        committed.last().map_or(self.committed, |(instant, _)| *instant)
+    /// The newest instant up to one of which the picture is kept.
+    pub(crate) fn kept_up_to(&self, to: i64) -> i64 {
+        let kept = self.pictures.iter().map(|(instant, _)| *instant).take_while(|instant| *instant <= to);
+        kept.last().unwrap_or(to)
     }
 
     /// The instant after which rows are needed.

@@ -346,22 +346,22 @@ impl Log {
     /// All is known of an instant that can be known: everyone who was to has reported it and has spoken again since, by
     /// which they have told what else they have heard of it; and none of that is missing here.
     pub(crate) fn is_complete(&self, instant: i64) -> bool {
-        self.is_known(instant, |_| true)
+        let Some(row) = self.row(instant) else { return false };
+        let has_reported = |peer: &Peer| {
+            let speaks_on = peer.left_at == Some(instant) || peer.newest > instant;
+            !peer.is_due(instant) || row.report_of(peer.uav).is_some() && speaks_on
+        };
+        self.peers.iter().all(|peer| has_reported(peer) && self.is_told_by(peer, instant))
     }
 
-    /// The same, of some of the peers.
-    pub(crate) fn is_known(&self, instant: i64, of: impl Fn(&Peer) -> bool) -> bool {
-        let Some(row) = self.row(instant) else { return false };
-        self.peers.iter().filter(|peer| of(peer)).all(|peer| {
-            let speaks_on = peer.left_at == Some(instant) || peer.newest > instant;
-            let has_reported = !peer.is_due(instant) || row.report_of(peer.uav).is_some() && speaks_on;
-            // Who never tells what it has heard is taken at its word.
-            let has_told = peer.uav == self.own
-                || peer.left_at.is_some()
-                || peer.knows_at == NEVER
-                || peer.knows_at > instant && self.instant_at(peer.knowledge.listed_after) < instant;
-            has_reported && has_told && !self.lacks_of(peer, (instant, instant))
-        })
+    /// A peer has told what it has heard of an instant, and none of that is missing here.
+    pub(crate) fn is_told_by(&self, peer: &Peer, instant: i64) -> bool {
+        // Who never tells what it has heard is taken at its word.
+        let has_told = peer.uav == self.own
+            || peer.left_at.is_some()
+            || peer.knows_at == NEVER
+            || peer.knows_at > instant && self.instant_at(peer.knowledge.listed_after) < instant;
+        has_told && !self.lacks_of(peer, (instant, instant))
     }
 
     /// Something is missing here that somebody who is there holds, of the instants up to one.
