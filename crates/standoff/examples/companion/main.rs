@@ -37,6 +37,8 @@ pub(crate) struct Companion {
     refused_in_a_row: u32,
     /// Messages that were damaged, or were none.
     pub(crate) damaged: u32,
+    /// How good the last command is.
+    diagnostics: Diagnostics,
 }
 
 /// The same on every aircraft of a team: pictures made with other parameters are other pictures.
@@ -65,6 +67,7 @@ impl Companion {
             refused: 0,
             refused_in_a_row: 0,
             damaged: 0,
+            diagnostics: Diagnostics::NONE,
         })
     }
 
@@ -115,11 +118,12 @@ impl Companion {
     }
 
     /// Second half, when no more messages are waited for: decide, and act.
-    pub(crate) fn decide(&mut self, observation: &Observation) -> Diagnostics {
+    pub(crate) fn decide(&mut self, observation: &Observation) {
         let step = self.agent.decide(observation);
         // To your gimbal and your autopilot; `step.altitude_m` belongs there, too.
         self.look_at = step.look_at;
         self.command = step.command;
+        self.diagnostics = step.diagnostics;
         // One wrong time is a mistake. After a second one the clock was set, or the program stopped for long.
         let refused = step.diagnostics.refused.instants;
         self.refused_in_a_row = if refused > self.refused { self.refused_in_a_row + 1 } else { 0 };
@@ -127,22 +131,28 @@ impl Companion {
         if self.refused_in_a_row > 1 {
             self.agent.reset();
         }
-        step.diagnostics
     }
 
-    /// What is printed of an instant. Crews and committed pictures are the same on all UAVs.
-    pub(crate) fn line(&self, diagnostics: &Diagnostics) -> String {
-        let (picture, own) = (self.agent.picture(), &self.own);
+    /// Who serves each group: the same on all UAVs, or on its way to be.
+    pub(crate) fn crews(&self) -> String {
+        let picture = self.agent.picture();
+        let crews = picture.groups.iter().map(|group| {
+            let crew = picture.crew.iter().filter(|duty| duty.group == group.id).map(|duty| duty.uav.0.to_string());
+            crew.collect::<Vec<_>>().join("+")
+        });
+        crews.collect::<Vec<_>>().join(" ")
+    }
+
+    /// What is printed of an instant.
+    pub(crate) fn line(&self) -> String {
+        let (picture, own, diagnostics) = (self.agent.picture(), &self.own, &self.diagnostics);
         let [x_m, y_m] = [own.position.x_m(), own.position.y_m()];
         let r_m = diagnostics.steering.map_or(0.0, |steering| steering.centre_distance_m);
         let r_d_m = picture.group_of(self.agent.id()).map_or(0.0, |group| group.standoff.distance_m);
         let held = picture.known().iter().filter(|known| known.track.status == TrackStatus::Held).count();
         let mate = diagnostics.separation_m.map_or("none".to_owned(), |apart_m| format!("{apart_m:.0} m"));
-        let crews = picture.groups.iter().map(|group| {
-            let crew = picture.crew.iter().filter(|duty| duty.group == group.id).map(|duty| duty.uav.0.to_string());
-            crew.collect::<Vec<_>>().join("+")
-        });
-        let crews = crews.collect::<Vec<_>>().join(" ");
+        let crews = self.crews();
+        // Nobody's words can change it any more: the same on all UAVs.
         let committed = self
             .agent
             .committed()

@@ -120,9 +120,9 @@ pub(crate) fn fly(mut uav: Companion, arguments: &Arguments) -> io::Result<()> {
         let (observation, said) = uav.observe(now);
         said.iter().for_each(|bytes| radio.send(bytes));
         radio.listen(now + WAIT, |bytes| uav.hear(&observation, bytes))?;
-        let diagnostics = uav.decide(&observation);
+        uav.decide(&observation);
         if number % 2 == 0 {
-            println!("{}", uav.line(&diagnostics));
+            println!("{}", uav.line());
         }
         last = Some(observation);
     }
