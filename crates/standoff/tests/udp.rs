@@ -221,7 +221,7 @@ fn a_team_agrees_though_a_uav_stops_or_starts_anew_and_somebody_talks_nonsense()
     let at = &before.last().unwrap().at;
     let again = team.started(0, &["--epoch", "1", "--at", at]);
     team.uavs.insert(0, again);
-    team.agree(&[0, 1, 2, 3], team.now_s(), 15.0, "the one that was started again, and the others");
+    team.agree(&[0, 1, 2, 3], team.now_s(), 10.0, "the one that was started again, and the others");
 
     // Of the 50 to each a fifth was lost.
     let damaged = before.last().unwrap().damaged;
@@ -231,12 +231,12 @@ fn a_team_agrees_though_a_uav_stops_or_starts_anew_and_somebody_talks_nonsense()
 /// Its time jumps by more than an agent believes. Then another one leaves, and says so: nobody waits for its lease to end.
 #[test]
 fn a_uav_that_stood_still_for_long_comes_back_by_itself_and_one_that_leaves_is_let_go() {
-    let end_s = 26;
+    let end_s = 25;
     let mut team = Team::new(25_000);
     team.uavs.pop();
-    team.uavs.push(team.started(3, &["--seconds", "26"]));
+    team.uavs.push(team.started(3, &["--seconds", "25"]));
     team.agree(&[0, 1, 2, 3], 0.0, 10.0, "all");
-    team.stop(0, 11.0, 15.0);
+    team.stop(0, 11.0, 10.0);
 
     team.wait_until(f64::from(end_s) + 3.9);
     for uav in 0..3 {
