@@ -187,6 +187,11 @@ fn further_back_pictures_thin_out_to_those_that_are_stamped() {
             .filter(|instant| **instant < 240 - 9 * (DENSE + LAG))
             .all(|instant| *instant == -1 || instant % STAMP_EVERY == 0)
     );
+    // What is told to others is the newest that there is.
+    for instant in 0..240 {
+        let newest = kept.iter().rfind(|kept| **kept <= instant).copied();
+        assert_eq!(Some(told.history.kept_up_to(instant)), newest);
+    }
     assert_ne!(told.text(), whole.text());
     told.hear(1, 21);
     told.follow();
