@@ -135,7 +135,7 @@ fn what_does_not_exist_is_told() {
         "heading::stear",
         "scenario/flie.rs",
         "crates/standon",
-        "agent.pictures()",
+        "agent.picturs()",
     ] {
         assert!(!known.has(name), "{name}");
     }
