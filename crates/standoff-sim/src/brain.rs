@@ -7,7 +7,10 @@ use standoff::{
     Agent, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
 };
 
-pub use crate::frame::{Beliefs, EventRow, GroupRow, Place, Reported, TrackRow, TrackStatus};
+pub use crate::frame::{
+    AgentEventRow, AgentRow, Agents, Beliefs, EventRow, GroupRow, OfAgent, Place, Reported, TeamRow, TrackRow,
+    TrackStatus,
+};
 use crate::rows;
 use crate::scenario::Minds;
 
@@ -45,6 +48,10 @@ pub trait Brain {
 
     /// Writes down what the team believes and intends at this instant, after all have decided. The tables are empty.
     fn report(&self, _beliefs: &mut Beliefs) {}
+
+    /// Writes down what each of several minds believes by itself, of those whose computer is on; where one believes for all,
+    /// nothing. The tables are empty; how much was sent is filled in afterwards.
+    fn report_each(&self, _agents: &mut Agents) {}
 }
 
 impl<B: Brain + ?Sized> Brain for Box<B> {
@@ -75,6 +82,10 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
     fn report(&self, beliefs: &mut Beliefs) {
         (**self).report(beliefs);
     }
+
+    fn report_each(&self, agents: &mut Agents) {
+        (**self).report_each(agents);
+    }
 }
 
 /// The product as a brain; all parameters that are out of range are reported at once.
@@ -84,7 +95,7 @@ pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Br
         Minds::Each => {
             let agents = (0..).map(UavId).take(uavs).map(|uav| Agent::new(uav, team));
             let agents = agents.collect::<Result<_, _>>()?;
-            Box::new(Each { team, agents, observed: Vec::new(), recorded: UavId(0), is_decided: true })
+            Box::new(Each { team, agents, observed: Vec::new(), awake: Vec::new(), is_decided: true })
         }
     })
 }
@@ -145,8 +156,8 @@ struct Each {
     team: TeamParams,
     agents: Vec<Agent>,
     observed: Observed,
-    /// The first that observed this instant.
-    recorded: UavId,
+    /// Those that observed this instant, ascending.
+    awake: Vec<UavId>,
     /// Whoever observes next observes another one.
     is_decided: bool,
 }
@@ -161,8 +172,9 @@ impl Brain for Each {
 
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         if std::mem::take(&mut self.is_decided) {
-            self.recorded = uav;
+            self.awake.clear();
         }
+        self.awake.push(uav);
         if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
             keep(&mut self.observed, agent.observe(now, own, scan));
         }
@@ -188,8 +200,19 @@ impl Brain for Each {
     }
 
     fn report(&self, beliefs: &mut Beliefs) {
-        if let Some(agent) = self.agents.get(self.recorded.0 as usize) {
+        if let Some(agent) = self.awake().next() {
             rows::agent(agent, beliefs);
         }
+    }
+
+    fn report_each(&self, agents: &mut Agents) {
+        self.awake().for_each(|agent| rows::own(agent, agents));
+    }
+}
+
+impl Each {
+    /// The minds of the UAVs whose computer is on, ascending.
+    fn awake(&self) -> impl Iterator<Item = &Agent> {
+        self.awake.iter().filter_map(|uav| self.agents.get(uav.0 as usize))
     }
 }

@@ -4,6 +4,7 @@
 //! (-pi, pi]. A value that does not exist (no group, no boresight yet) is `None`, never a NaN.
 
 use serde::{Deserialize, Serialize};
+use standoff::Presence;
 
 /// What a brain tells of what it believes and intends; what it does not tell is not scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,6 +52,103 @@ pub struct Frame {
     pub detections: Vec<DetectionRow>,
     /// What happened at this instant.
     pub events: Vec<EventRow>,
+    /// What each of several minds believes; nothing where one believes for all.
+    pub agents: Agents,
+}
+
+/// What each of several minds believes by itself, as rows of the record; a UAV whose computer is off has none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Agents {
+    /// One row per mind, by ascending UAV.
+    pub all: Vec<AgentRow>,
+    /// Its tracks, by mind, then target.
+    pub tracks: Vec<OfAgent<TrackRow>>,
+    /// Its groups and their orbits, by mind, then group.
+    pub groups: Vec<OfAgent<GroupRow>>,
+    /// What it tells of now: by mind, in order.
+    pub events: Vec<AgentEventRow>,
+    /// Its team, by mind, then UAV.
+    pub team: Vec<TeamRow>,
+}
+
+impl Agents {
+    /// Nothing, in room that lives on.
+    pub(crate) fn clear(&mut self) {
+        let Self { all, tracks, groups, events, team } = self;
+        all.clear();
+        tracks.clear();
+        groups.clear();
+        events.clear();
+        team.clear();
+    }
+
+    /// Brings what a brain wrote into the order and the soundness that scores and records count on.
+    pub(crate) fn tidy(&mut self) {
+        let Self { all, tracks, groups, events, team } = self;
+        all.sort_by_key(|row| row.agent);
+        all.dedup_by_key(|row| row.agent);
+        tracks.retain(|of| of.row.is_finite());
+        tracks.sort_by_key(|of| (of.agent, of.row.target));
+        tracks.dedup_by_key(|of| (of.agent, of.row.target));
+        groups.retain(|of| of.row.is_finite());
+        groups.sort_by_key(|of| (of.agent, of.row.group));
+        groups.dedup_by_key(|of| (of.agent, of.row.group));
+        events.sort_by_key(|row| row.agent);
+        team.sort_by_key(|row| (row.agent, row.uav));
+        team.dedup_by_key(|row| (row.agent, row.uav));
+    }
+}
+
+/// A row of what one of several minds believes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OfAgent<R> {
+    /// The UAV whose mind it is.
+    pub agent: u32,
+    /// What it believes.
+    pub row: R,
+}
+
+/// One of several minds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AgentRow {
+    /// The UAV whose mind it is.
+    pub agent: u32,
+    /// The instant up to which nothing that it believes can change any more, by its clock, microseconds; `None`: nothing yet.
+    pub committed_us: Option<i64>,
+    /// Words have gone missing of late: its groups and duties are those of a moment ago.
+    pub disturbed: bool,
+    /// Messages that its UAV has sent at this instant.
+    pub sent_messages: u64,
+    /// Bytes that these take.
+    pub sent_bytes: u64,
+}
+
+/// What one of several minds believes of a UAV of the team.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TeamRow {
+    /// The UAV whose mind it is.
+    pub agent: u32,
+    /// The UAV of the team.
+    pub uav: u32,
+    /// Whether that is there; `None`: it was never heard, but serves a group.
+    pub presence: Option<Presence>,
+    /// The instant of the newest report of it that was heard, or told of, by the mind's clock, microseconds.
+    pub heard_us: Option<i64>,
+    /// The group that it serves.
+    pub group: Option<u32>,
+    /// That group's id, which all minds know it by.
+    pub group_id: Option<u64>,
+}
+
+/// Something that happened, by one of several minds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AgentEventRow {
+    /// The UAV whose mind it is.
+    pub agent: u32,
+    /// It may still turn out otherwise.
+    pub provisional: bool,
+    /// What happened.
+    pub event: EventRow,
 }
 
 /// What a team believes and intends, as rows of the record. Of two rows of one target, or of one group, the first counts;
@@ -68,7 +166,7 @@ pub struct Beliefs<'a> {
 impl Beliefs<'_> {
     /// Brings what a foreign brain wrote into the order and the soundness that scores and records count on.
     pub(crate) fn tidy(&mut self) {
-        self.tracks.retain(|row| row.state.iter().chain(&row.covariance).all(|number| number.is_finite()));
+        self.tracks.retain(TrackRow::is_finite);
         self.tracks.sort_by_key(|row| row.target);
         self.tracks.dedup_by_key(|row| row.target);
         self.groups.retain(GroupRow::is_finite);
@@ -186,6 +284,13 @@ pub struct TrackRow {
     pub covariance: [f64; 21],
 }
 
+impl TrackRow {
+    /// All its numbers are.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.state.iter().chain(&self.covariance).all(|number| number.is_finite())
+    }
+}
+
 /// A group and the orbit about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupRow {
@@ -223,6 +328,8 @@ pub struct GroupRow {
     pub altitude_m: f64,
     /// Smallest distance between two of its UAVs, m.
     pub separation_m: Option<f64>,
+    /// The id that all minds know it by, below 2^63; `group` is its number in one picture.
+    pub id: Option<u64>,
 }
 
 impl GroupRow {
@@ -312,4 +419,8 @@ pub struct EventRow {
     pub limit_m_s: Option<f64>,
     /// Distance of two UAVs, m.
     pub distance_m: Option<f64>,
+    /// The id of `group`, which all minds know it by, below 2^63.
+    pub group_id: Option<u64>,
+    /// That of `to_group`.
+    pub to_group_id: Option<u64>,
 }

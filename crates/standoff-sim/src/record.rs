@@ -2,7 +2,8 @@
 //!
 //! A record holds `run.json` (what was run, by which version), `scenario.toml` (the resolved
 //! scenario) and the tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events`, `targets` and
-//! `views`, each as `<name>.parquet`. Figures and summaries may lie beside them. The same frames
+//! `views`, each as `<name>.parquet`; where several minds flew, what each believes, too (`agents`, `agent_tracks`,
+//! `agent_groups`, `agent_events`, `agent_team`). Figures and summaries may lie beside them. The same frames
 //! give the same bytes: nothing in a record tells when, where or by whom it was written.
 //!
 //! Until it is whole it lies in a folder beside its place, says that it is unfinished, and can be read up to its last
@@ -23,7 +24,8 @@ pub(crate) mod table;
 mod writer;
 
 pub use crate::frame::{
-    DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, OfAgent, Place, TeamRow, TrackRow,
+    TrackStatus, TruthRow, UavRow, ViewRow,
 };
 pub use allowance::EventAllowance;
 pub use error::RecordError;

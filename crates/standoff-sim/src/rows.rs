@@ -5,12 +5,15 @@ use standoff::{
     Time, TrackStatus as Status, UavId, UavState,
 };
 
-use crate::frame::{Beliefs, DetectionRow, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::frame::{
+    AgentEventRow, AgentRow, Agents, Beliefs, DetectionRow, EventRow, Frame, GroupRow, OfAgent, Place, TeamRow,
+    TrackRow, TrackStatus, TruthRow, UavRow,
+};
 use crate::world::Truth;
 
 /// Makes a frame one that holds the truth of an instant and nothing else yet.
 pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
-    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events } = frame;
+    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events, agents } = frame;
     *time_us = now.us();
     uavs.clear();
     rows.clear();
@@ -18,6 +21,7 @@ pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
     groups.clear();
     detections.clear();
     events.clear();
+    agents.clear();
     rows.extend(truth.iter().map(|target| {
         let (position, velocity) = (target.state.position(), target.state.velocity());
         let [ax, ay] = target.state.acceleration_m_s2();
@@ -79,6 +83,8 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
         track: event.track.map(|track| track.0),
         group: event.group.and_then(number),
         to_group: event.to.and_then(number),
+        group_id: event.group.map(|group| group.0),
+        to_group_id: event.to.map(|group| group.0),
         uavs: event.uav.map_or_else(crew, |uav| vec![uav.0]),
         cause: event.kind.cause().map(str::to_owned),
         ..EventRow::default()
@@ -120,20 +126,60 @@ pub fn agent(agent: &Agent, beliefs: &mut Beliefs) {
     state(agent.picture(), beliefs);
 }
 
+/// Adds what one agent of several believes, and what it tells; what it sent is the radio's to say.
+pub(crate) fn own(agent: &Agent, agents: &mut Agents) {
+    let (by, picture) = (agent.id().0, agent.picture());
+    agents.all.push(AgentRow {
+        agent: by,
+        committed_us: agent.committed_at().map(Time::us),
+        disturbed: agent.is_disturbed(),
+        sent_messages: 0,
+        sent_bytes: 0,
+    });
+    tracks(picture, |row| agents.tracks.push(OfAgent { agent: by, row }));
+    groups(picture, |row| agents.groups.push(OfAgent { agent: by, row }));
+    for (picture, provisional) in agent.told() {
+        let rows = picture.events.iter().map(|of| AgentEventRow { agent: by, provisional, event: event(of, picture) });
+        agents.events.extend(rows);
+    }
+    let row = |uav: UavId, presence| {
+        let group = picture.group_of(uav).map(|group| group.id);
+        TeamRow {
+            agent: by,
+            uav: uav.0,
+            presence,
+            heard_us: agent.heard_at(uav).map(Time::us),
+            group: group.and_then(|group| picture.number(group)),
+            group_id: group.map(|group| group.0),
+        }
+    };
+    agents.team.extend(agent.presence().map(|(uav, presence)| row(uav, Some(presence))));
+    let unheard = |duty: &&Duty| agent.heard_at(duty.uav).is_none();
+    agents.team.extend(picture.crew.iter().filter(unheard).map(|duty| row(duty.uav, None)));
+}
+
 fn events(picture: &Picture, beliefs: &mut Beliefs) {
     beliefs.events.extend(picture.events.iter().map(|of| event(of, picture)));
 }
 
 fn state(picture: &Picture, beliefs: &mut Beliefs) {
+    tracks(picture, |row| beliefs.tracks.push(row));
+    groups(picture, |row| beliefs.groups.push(row));
+}
+
+fn tracks(picture: &Picture, mut put: impl FnMut(TrackRow)) {
     // Not by extending with what is filtered: long rows would be copied once more.
     for known in picture.known() {
         if let Some(status) = live_status(known) {
-            beliefs.tracks.push(track(known, status, picture));
+            put(track(known, status, picture));
         }
     }
-    beliefs.groups.extend(picture.groups.iter().map(|group| {
+}
+
+fn groups(picture: &Picture, mut put: impl FnMut(GroupRow)) {
+    for group in &picture.groups {
         let centre = group.centre.estimate().state;
-        GroupRow {
+        put(GroupRow {
             group: picture.number(group.id).unwrap_or_default(),
             members: group.members,
             x_m: centre.position().x_m(),
@@ -150,8 +196,9 @@ fn state(picture: &Picture, beliefs: &mut Beliefs) {
             convergence_threshold_m2_s: group.threshold_m2_s,
             altitude_m: group.altitude_m,
             separation_m: group.separation_m,
-        }
-    }));
+            id: Some(group.id.0),
+        });
+    }
 }
 
 fn live_status(known: &Known) -> Option<TrackStatus> {

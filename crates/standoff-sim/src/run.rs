@@ -309,7 +309,7 @@ impl<B: Brain> Mission<B> {
 
     /// Every UAV decides, and the brain tells what it believes.
     fn command(&mut self, now: Time) {
-        let Self { frame, brain, uavs, settings, .. } = self;
+        let Self { frame, brain, uavs, settings, radio, .. } = self;
         rows::begin(now, &self.truth, frame);
         let is_on = uavs.iter().any(|uav| !uav.is_off);
         for uav in uavs {
@@ -325,13 +325,19 @@ impl<B: Brain> Mission<B> {
             frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
             (uav.look_at, uav.command) = (step.look_at, step.command);
         }
-        let Frame { tracks, groups, events, .. } = frame;
+        let Frame { tracks, groups, events, agents, .. } = frame;
         let mut beliefs = Beliefs { tracks, groups, events };
         if is_on {
             brain.report(&mut beliefs);
+            brain.report_each(agents);
         }
         if self.is_foreign {
             beliefs.tidy();
+        }
+        agents.tidy();
+        for row in &mut agents.all {
+            let sent = radio.sent().get(row.agent as usize).copied().unwrap_or_default();
+            (row.sent_messages, row.sent_bytes) = (sent.messages, sent.bytes);
         }
     }
 

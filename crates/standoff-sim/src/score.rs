@@ -1,5 +1,6 @@
 //! Scores of a run, from its record alone: frame by frame, in bounded memory. `docs/metrics.md` defines each.
 
+mod agreement;
 mod bound;
 mod calm;
 #[cfg(test)]
@@ -20,6 +21,7 @@ use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::geometry::{
     Known, at, centre, existing, group_of, lines_of_sight_rad, off_orbit_m, position_error_m, track_of,
 };
+use agreement::Agreement;
 use bound::Bound;
 use calm::Calm;
 use innovation::Innovations;
@@ -30,6 +32,7 @@ use true_orbits::TrueOrbits;
 
 pub use bound::Bound as PositionBound;
 pub use judged::{Custody, Judge, Judged};
+use metrics::AGREEMENT;
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
 pub use rules::Rules;
 pub use tally::TargetScore;
@@ -47,6 +50,7 @@ struct Wanted {
     calm: bool,
     coverage: bool,
     events: bool,
+    agreement: bool,
 }
 
 impl Wanted {
@@ -87,6 +91,7 @@ impl Wanted {
             calm: choice.wants(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
             coverage: choice.wants(&["uncovered_fraction"]),
             events: choice.wants(&["handoffs", "discards"]),
+            agreement: choice.wants(AGREEMENT),
         }
     }
 }
@@ -123,6 +128,7 @@ pub struct Scorer {
     /// The targets known at this instant that exist.
     known: Vec<Known>,
     true_orbits: TrueOrbits,
+    agreement: Agreement,
     /// Where the UAVs on an orbit are: room that lives on.
     crew: Vec<Position>,
     from_centre: Vec<Displacement>,
@@ -172,6 +178,7 @@ impl Scorer {
             served: Vec::new(),
             known: Vec::new(),
             true_orbits: TrueOrbits::default(),
+            agreement: Agreement::default(),
             crew: Vec::new(),
             from_centre: Vec::new(),
             rules,
@@ -227,6 +234,9 @@ impl Scorer {
             self.so_far.handoffs += count("handoff-completed");
             self.so_far.discards += count("discarded");
         }
+        if wanted.agreement {
+            self.agreement.frame(frame);
+        }
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
@@ -243,6 +253,8 @@ impl Scorer {
         let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
         let period_s = self.rules.period_s;
         let Sums { watched, seen, unseen, longest_gap, longest_streak, refound, refind } = self.tallies.sums();
+        let Agreement { differ, lag_s, lag_max_s, double_served, .. } = &self.agreement;
+        let [bytes_per_s, bytes_max_per_s] = self.agreement.bytes_per_s(period_s);
         let [quiet, manoeuvring] = self.tallies.consistency(&self.rules.manoeuvring);
         Metrics {
             watched_fraction: watched.value(),
@@ -277,6 +289,13 @@ impl Scorer {
             separation_min_group_m: self.so_far.separation_min_group_m,
             handoffs: self.wanted.events.then_some(self.so_far.handoffs),
             discards: self.wanted.events.then_some(self.so_far.discards),
+            crews_differ_fraction: differ.value(),
+            agreement_delay_s: self.agreement.delay_s(self.rules.faults_end_s),
+            double_served_fraction: double_served.value(),
+            commit_lag_s: lag_s.value(),
+            commit_lag_max_s: *lag_max_s,
+            bytes_per_s,
+            bytes_max_per_s,
             anees: self.so_far.nees.value(),
             anees_quiet: quiet,
             anees_manoeuvring: manoeuvring,

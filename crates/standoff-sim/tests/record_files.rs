@@ -5,9 +5,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use standoff::Presence;
 use standoff_sim::record::{
-    Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, Place, Record, RecordError, TrackRow,
-    TrackStatus, TruthRow, UavRow, Writer, occupancy,
+    AgentEventRow, AgentRow, Agents, Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, OfAgent,
+    Place, Record, RecordError, TeamRow, TrackRow, TrackStatus, TruthRow, UavRow, Writer, occupancy,
 };
 use tempfile::TempDir;
 
@@ -284,6 +285,97 @@ fn a_record_without_truth_has_frames_without_truth() {
     assert!(!Record::open(&dir).unwrap().has_truth());
     frames.iter_mut().for_each(|frame| frame.truth.clear());
     assert_eq!(read(&dir).unwrap(), frames);
+}
+
+/// The tables of what each of several minds believes.
+const OF_MINDS: [&str; 5] = ["agents", "agent_tracks", "agent_groups", "agent_events", "agent_team"];
+
+/// Of one mind, of several, and of some time after all of them were off.
+fn frames_of_minds() -> Vec<Frame> {
+    let make = |instant| if (5..15).contains(&instant) { of_minds(instant, 3, 4) } else { frame(instant, 3, 4) };
+    (0..20).map(make).collect()
+}
+
+#[test]
+fn what_each_of_several_minds_believes_comes_back() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let flown = frames_of_minds();
+    write(&dir, &flown);
+    assert_eq!(read(&dir).unwrap(), flown);
+    let record = Record::open(&dir).unwrap();
+    let rows = record.manifest().counts.clone().unwrap().rows;
+    assert!(record.has_agents());
+    assert_eq!(OF_MINDS.map(|table| rows[table]), [20, 80, 20, 4, 60]);
+    assert_eq!(occupancy(&dir), Occupancy::OlderRun);
+    // All of it may be taken out, but no part.
+    for table in OF_MINDS.into_iter().rev() {
+        fs::remove_file(dir.join(format!("{table}.parquet"))).unwrap();
+        match read(&dir) {
+            Err(error) => assert!(error.to_string().contains(&format!("{table}.parquet")), "{error}"),
+            Ok(frames) => {
+                assert_eq!(table, "agents");
+                assert!(frames.iter().all(|frame| frame.agents == Agents::default()));
+            }
+        }
+    }
+    assert!(!Record::open(&dir).unwrap().has_agents());
+}
+
+#[test]
+fn an_unfinished_record_of_several_minds_tells_what_they_believed_by_its_checkpoint() {
+    let home = TempDir::new().unwrap();
+    let dir = home.path().join("run");
+    let flown = frames_of_minds();
+    let mut writer = create(&dir).unwrap();
+    let mut look = |instants: std::ops::Range<usize>, until: usize| {
+        flown[instants].iter().for_each(|frame| writer.frame(frame).unwrap());
+        if writer.kept().is_none_or(|kept| kept.until_s < flown[until - 1].time_us as f64 / 1e6) {
+            writer.checkpoint().unwrap();
+        }
+        assert_eq!(read(&partial(&dir)).unwrap(), flown[..until]);
+    };
+    look(0..5, 5);
+    // The minds' tables are there, and the checkpoint is of before.
+    look(5..7, 5);
+    look(7..12, 12);
+    look(12..20, 20);
+    let kept = writer.stop().unwrap().unwrap();
+    assert_eq!(read(&kept.dir).unwrap(), flown);
+}
+
+/// Expects what `spoil` makes of the rows of minds to be refused where the record is read.
+#[track_caller]
+fn check_minds(spoil: impl Fn(&mut Agents), table: &str, expected: &str) {
+    let home = TempDir::new().unwrap();
+    let [dir, other] = ["run", "other"].map(|name| home.path().join(name));
+    let mut flown = frames_of_minds();
+    write(&dir, &flown);
+    spoil(&mut flown[6].agents);
+    // Of a run with more UAVs and targets it is good.
+    flown.iter_mut().for_each(|frame| frame.uavs.push(uav(7, 1.0)));
+    write_of(&other, &names(9), &flown);
+    forget_counts(&dir);
+    fs::copy(other.join(format!("{table}.parquet")), dir.join(format!("{table}.parquet"))).unwrap();
+    let error = read(&dir).unwrap_err().to_string();
+    assert!(error.contains(&format!("{table}.parquet is damaged: {expected}")), "{error}");
+}
+
+#[test]
+fn rows_of_minds_that_no_run_could_have_are_refused() {
+    let unknown = "it has UAV 7 at 1.2 s, which the uavs table does not have by then";
+    check_minds(|minds| minds.all.last_mut().unwrap().agent = 7, "agents", unknown);
+    check_minds(|minds| minds.tracks.last_mut().unwrap().agent = 7, "agent_tracks", unknown);
+    check_minds(|minds| minds.groups.last_mut().unwrap().agent = 7, "agent_groups", unknown);
+    check_minds(|minds| minds.team.last_mut().unwrap().agent = 7, "agent_team", unknown);
+    check_minds(|minds| minds.team.last_mut().unwrap().uav = 7, "agent_team", unknown);
+    let target = "it has target 8 at 1.2 s, and the run has 4 targets";
+    check_minds(|minds| minds.tracks.last_mut().unwrap().row.target = 8, "agent_tracks", target);
+    let twice = "its rows at 1.2 s are not by ascending id, each once";
+    check_minds(|minds| minds.all.reverse(), "agents", twice);
+    check_minds(|minds| minds.tracks.extend_from_within(..1), "agent_tracks", twice);
+    check_minds(|minds| minds.groups.extend_from_within(..1), "agent_groups", twice);
+    check_minds(|minds| minds.team.extend_from_within(..1), "agent_team", twice);
 }
 
 #[test]
@@ -872,6 +964,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             convergence_threshold_m2_s: instant.is_multiple_of(4).then_some(-5.0 - t),
             altitude_m: 1500.0,
             separation_m: instant.is_multiple_of(5).then_some(400.0 + t),
+            id: instant.is_multiple_of(2).then_some(u64::from(instant) << 40),
         }],
         detections: (0..uavs.min(instant))
             .map(|uav| DetectionRow {
@@ -901,8 +994,44 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             speed_m_s: Some(f64::MIN_POSITIVE),
             limit_m_s: None,
             distance_m: Some(1.0 / (1.0 + t)),
+            group_id: instant.is_multiple_of(3).then_some(1 << 62),
+            to_group_id: None,
         })),
+        agents: Agents::default(),
     }
+}
+
+/// The same of minds that each believe what all do: those of all UAVs but one, a different one each time.
+fn of_minds(instant: u32, uavs: u32, targets: u32) -> Frame {
+    let frame = frame(instant, uavs, targets);
+    let mut agents = Agents::default();
+    for agent in (0..uavs).filter(|uav| *uav != instant % uavs) {
+        agents.all.push(AgentRow {
+            agent,
+            committed_us: agent.is_multiple_of(2).then_some(frame.time_us - 400_000),
+            disturbed: instant.is_multiple_of(2),
+            sent_messages: 2,
+            sent_bytes: u64::from(instant) << 33,
+        });
+        agents.tracks.extend(frame.tracks.iter().map(|row| OfAgent { agent, row: *row }));
+        agents.groups.extend(frame.groups.iter().map(|row| OfAgent { agent, row: *row }));
+        let provisional = agent == 1;
+        agents.events.extend(frame.events.iter().map(|event| AgentEventRow {
+            agent,
+            provisional,
+            event: event.clone(),
+        }));
+        let presence = [None, Some(Presence::Live), Some(Presence::Silent), Some(Presence::Gone), Some(Presence::Left)];
+        agents.team.extend((0..uavs).map(|uav| TeamRow {
+            agent,
+            uav,
+            presence: presence[(uav + instant) as usize % presence.len()],
+            heard_us: uav.is_multiple_of(2).then_some(frame.time_us),
+            group: uav.is_multiple_of(3).then_some(0),
+            group_id: uav.is_multiple_of(3).then_some(7 << 40),
+        }));
+    }
+    Frame { agents, ..frame }
 }
 
 fn uav(id: u32, t: f64) -> UavRow {

@@ -199,6 +199,11 @@ impl Agent {
         self.log.peers().iter().map(move |peer| (peer.uav, peer.presence(now, self.log.lease())))
     }
 
+    /// The instant of the newest report of a UAV that was heard, or told of, within the horizon.
+    pub fn heard_at(&self, uav: UavId) -> Option<Time> {
+        self.log.peers().iter().find(|peer| peer.uav == uav).map(|peer| self.log.time(peer.newest))
+    }
+
     /// Words have gone missing of late, here or elsewhere: groups and duties are those of the decision lag ago.
     pub fn is_disturbed(&self) -> bool {
         self.now.is_some_and(|now| self.is_disturbed_at(now))

@@ -32,6 +32,7 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
         "velocity_error_m_s" | "refind_time_s" | "turn_reversals_per_min" | "reassignments_per_uav_min" => {
             "small".to_owned()
         }
+        "commit_lag_s" | "commit_lag_max_s" | "bytes_per_s" | "bytes_max_per_s" => "small".to_owned(),
         "separation_min_m" => "altitudes may differ".to_owned(),
         "separation_min_layer_m" => format!("limit {CLOSE_M:.0}: two at one altitude"),
         "turn_rate_saturated_fraction" => {

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::Manifest;
 use super::rows::{MOST_UAVS, microseconds, seconds};
 use super::table::Row;
-use crate::frame::{DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
+use crate::frame::{AgentEventRow, DetectionRow, EventRow, Frame, OfAgent, TrackRow, TruthRow, UavRow};
 
 /// Most targets: as many as a traffic file may hold vehicles.
 const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
@@ -72,13 +72,21 @@ impl Bounds {
 
     /// Takes in the frame of that instant.
     pub(super) fn check(&mut self, frame: &Frame) -> Result<(), Beyond> {
-        let Frame { time_us, uavs, truth, tracks, detections, events, .. } = frame;
+        let Frame { time_us, uavs, truth, tracks, detections, events, agents, .. } = frame;
         let time_s = seconds(*time_us);
         self.uavs.extend(uavs.iter().map(|row| row.uav));
         if self.uavs.len() > MOST_UAVS {
             let what = format!("it has more than {MOST_UAVS} UAVs by {time_s} s");
             return Err(Beyond { table: UavRow::TABLE, what });
         }
+        self.check_minds(time_s, &agents.all, |row| row.agent)?;
+        self.check_minds(time_s, &agents.tracks, |of| of.agent)?;
+        self.check_minds(time_s, &agents.groups, |of| of.agent)?;
+        self.check_minds(time_s, &agents.events, |row| row.agent)?;
+        self.check_minds(time_s, &agents.team, |row| row.agent)?;
+        self.check_minds(time_s, &agents.team, |row| row.uav)?;
+        self.check_targets(time_s, &agents.tracks, |of: &OfAgent<TrackRow>| Some(of.row.target))?;
+        self.check_targets(time_s, &agents.events, |row: &AgentEventRow| row.event.target)?;
         self.check_targets(time_s, truth, |row: &TruthRow| Some(row.target))?;
         self.check_targets(time_s, tracks, |row: &TrackRow| Some(row.target))?;
         self.check_targets(time_s, detections, |row: &DetectionRow| Some(row.target))?;
@@ -90,6 +98,15 @@ impl Bounds {
         let stranger = rows.iter().filter_map(target).find(|&target| target as usize >= self.targets);
         stranger.map_or(Ok(()), |stranger| {
             let what = format!("it has target {stranger} at {time_s} s, and the run has {} targets", self.targets);
+            Err(Beyond { table: R::TABLE, what })
+        })
+    }
+
+    /// Refuses rows of a UAV that the run does not have, whose mind it would be.
+    fn check_minds<R: Row>(&self, time_s: f64, rows: &[R], uav: impl Fn(&R) -> u32) -> Result<(), Beyond> {
+        let stranger = rows.iter().map(uav).find(|uav| !self.uavs.contains(uav));
+        stranger.map_or(Ok(()), |stranger| {
+            let what = format!("it has UAV {stranger} at {time_s} s, which the uavs table does not have by then");
             Err(Beyond { table: R::TABLE, what })
         })
     }

@@ -40,7 +40,7 @@ pub(crate) enum What {
     #[error("is not finite")]
     NotFinite,
     #[error("is too large: {0}")]
-    TooLarge(u32),
+    TooLarge(u64),
     #[error("{0}")]
     Bad(String),
 }

@@ -176,7 +176,7 @@ pub enum RecordError {
         /// Time since the start of the mission, s.
         time_s: f64,
         /// The number.
-        value: u32,
+        value: u64,
     },
     /// The frames do not make a run.
     #[error("the frame at {time_s} s cannot be recorded: {what}")]

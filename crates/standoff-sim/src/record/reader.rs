@@ -9,7 +9,10 @@ use super::folder::SCENARIO;
 use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
-use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use crate::frame::{
+    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, OfAgent, TeamRow, TrackRow, TruthRow,
+    UavRow,
+};
 use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 
@@ -79,6 +82,13 @@ impl Record {
         file_of::<TruthRow>(&self.dir).exists()
     }
 
+    /// It holds what each of several minds believes; somebody may have taken that out.
+    #[must_use]
+    pub fn has_agents(&self) -> bool {
+        let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without_agents());
+        file_of::<AgentRow>(&self.dir).exists() && !is_before
+    }
+
     /// Rows of the larger of the tables of targets: how much there is to show.
     pub fn target_rows(&self) -> Result<u64, RecordError> {
         let tracks = self.table::<TrackRow>()?.rows();
@@ -129,6 +139,7 @@ impl Record {
             groups: Merged::open(self)?,
             detections: Merged::open(self)?,
             events: Merged::open(self)?,
+            agents: self.has_agents().then(|| MergedAgents::open(self)).transpose()?,
             bounds: Bounds::new(&self.manifest, self.target_names.len()),
             record: self.clone(),
             last_us: None,
@@ -145,6 +156,7 @@ pub struct Frames {
     groups: Merged<GroupRow>,
     detections: Merged<DetectionRow>,
     events: Merged<EventRow>,
+    agents: Option<MergedAgents>,
     bounds: Bounds,
     record: Record,
     last_us: Option<i64>,
@@ -174,6 +186,7 @@ impl Frames {
         };
         self.bounds.begin(time_us).map_err(beyond)?;
         let truth = self.truth.as_mut().map(|truth| truth.in_order_at(time_us, |row| row.target));
+        let agents = self.agents.as_mut().map(|agents| agents.at(time_us)).transpose()?;
         let frame = Frame {
             time_us,
             uavs: self.uavs.in_order_at(time_us, |row| row.uav)?,
@@ -182,6 +195,7 @@ impl Frames {
             groups: self.groups.in_order_at(time_us, |row| row.group)?,
             detections: self.detections.rows_at(time_us)?,
             events: self.events.rows_at(time_us)?,
+            agents: agents.unwrap_or_default(),
         };
         self.bounds.check(&frame).map_err(beyond)?;
         self.last_us = Some(time_us);
@@ -195,6 +209,7 @@ impl Frames {
         self.groups.check_end()?;
         self.detections.check_end()?;
         self.events.check_end()?;
+        self.agents.iter().try_for_each(MergedAgents::check_end)?;
         let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
         let (there, last_us) = (self.bounds.instants, self.last_us.unwrap_or_default());
         match (&self.record.manifest.counts, &self.record.checkpoint) {
@@ -207,6 +222,45 @@ impl Frames {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// The tables of what each of several minds believes.
+struct MergedAgents {
+    all: Merged<AgentRow>,
+    tracks: Merged<OfAgent<TrackRow>>,
+    groups: Merged<OfAgent<GroupRow>>,
+    events: Merged<AgentEventRow>,
+    team: Merged<TeamRow>,
+}
+
+impl MergedAgents {
+    fn open(record: &Record) -> Result<Self, RecordError> {
+        Ok(Self {
+            all: Merged::open(record)?,
+            tracks: Merged::open(record)?,
+            groups: Merged::open(record)?,
+            events: Merged::open(record)?,
+            team: Merged::open(record)?,
+        })
+    }
+
+    fn at(&mut self, time_us: i64) -> Result<Agents, RecordError> {
+        Ok(Agents {
+            all: self.all.in_order_at(time_us, |row| row.agent)?,
+            tracks: self.tracks.in_order_at(time_us, |of| (of.agent, of.row.target))?,
+            groups: self.groups.in_order_at(time_us, |of| (of.agent, of.row.group))?,
+            events: self.events.rows_at(time_us)?,
+            team: self.team.in_order_at(time_us, |row| (row.agent, row.uav))?,
+        })
+    }
+
+    fn check_end(&self) -> Result<(), RecordError> {
+        self.all.check_end()?;
+        self.tracks.check_end()?;
+        self.groups.check_end()?;
+        self.events.check_end()?;
+        self.team.check_end()
     }
 }
 
@@ -251,7 +305,7 @@ impl<R: Row> Merged<R> {
     }
 
     /// The rows of an instant, which are by ascending id, each once.
-    fn in_order_at(&mut self, time_us: i64, id: impl Fn(&R) -> u32) -> Result<Vec<R>, RecordError> {
+    fn in_order_at<I: PartialOrd>(&mut self, time_us: i64, id: impl Fn(&R) -> I) -> Result<Vec<R>, RecordError> {
         let rows = self.rows_at(time_us)?;
         if rows.is_sorted_by(|row, next| id(row) < id(next)) {
             return Ok(rows);

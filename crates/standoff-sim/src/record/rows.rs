@@ -1,20 +1,28 @@
 //! The record's tables: which fields of which row are its columns, each named once for both ways.
 
 use parquet::data_type::ByteArray;
+use standoff::Presence;
 use standoff_parquet::MAX_CELL;
 
 use super::column::{self, Cells, Column, Fault, Field, Scalar, What};
 use super::table::Row;
-use crate::frame::{DetectionRow, EventRow, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow};
+use crate::frame::{
+    AgentEventRow, AgentRow, DetectionRow, EventRow, GroupRow, OfAgent, Place, TeamRow, TrackRow, TrackStatus,
+    TruthRow, UavRow, ViewRow,
+};
 use crate::text::quoted;
 
 /// The names of the tables that frames are read from; the files are `<name>.parquet`.
 pub(super) const TIMED: [&str; 6] =
     [UavRow::TABLE, TruthRow::TABLE, TrackRow::TABLE, GroupRow::TABLE, DetectionRow::TABLE, EventRow::TABLE];
 
+/// The names of the tables of what each of several minds believes: all of them are there, or none is.
+pub(super) const OF_AGENTS: [&str; 5] =
+    [AgentRow::TABLE, OfAgent::<TrackRow>::TABLE, OfAgent::<GroupRow>::TABLE, AgentEventRow::TABLE, TeamRow::TABLE];
+
 /// There is a table of that name.
 pub(super) fn is_table(name: &str) -> bool {
-    TIMED.contains(&name) || [TargetRow::TABLE, ViewRow::TABLE].contains(&name)
+    TIMED.contains(&name) || OF_AGENTS.contains(&name) || [TargetRow::TABLE, ViewRow::TABLE].contains(&name)
 }
 
 /// A target's name: the table of targets is written once, when the run begins.
@@ -36,12 +44,13 @@ pub(super) const MOST_UAVS: usize = 100;
 
 /// Most rows of a table at one instant. Work on an instant takes UAVs by groups, or by one another; a scenario has up to
 /// 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic may have at one time. Detections
-/// and views: of 100 UAVs that see 10,000 targets.
+/// and views: of 100 UAVs that see 10,000 targets; so much 100 minds may believe, too.
 pub(super) fn most_at_once(table: &str) -> usize {
     match table {
-        "uavs" | "groups" => MOST_UAVS,
+        "uavs" | "groups" | "agents" => MOST_UAVS,
+        "agent_groups" | "agent_team" => MOST_UAVS * MOST_UAVS,
         "events" => 20_000,
-        "detections" | "views" => 1_000_000,
+        "detections" | "views" | "agent_tracks" | "agent_events" => 1_000_000,
         _ => 100_000,
     }
 }
@@ -102,7 +111,8 @@ table! { "tracks", TrackRow:
 
 table! { "groups", GroupRow:
     group, members, x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, standoff_unclamped_m,
-    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, convergence_threshold_m2_s, altitude_m, separation_m
+    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, convergence_threshold_m2_s, altitude_m, separation_m;
+    added id
 }
 
 table! { "detections", DetectionRow:
@@ -111,7 +121,15 @@ table! { "detections", DetectionRow:
 
 table! { "events", EventRow:
     kind, target, group, to_group, uavs, reason; added track, cause, into_group, members, together, dwell_s, needed_m,
-    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m
+    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id
+}
+
+table! { "agents", AgentRow:
+    agent, committed_us, disturbed, sent_messages, sent_bytes
+}
+
+table! { "agent_team", TeamRow:
+    agent, uav, presence, heard_us, group, group_id
 }
 
 table! { "targets", TargetRow:
@@ -120,6 +138,61 @@ table! { "targets", TargetRow:
 
 table! { "views", ViewRow:
     uav, target, range_m, off_boresight_rad
+}
+
+/// A table whose rows several minds may have of their own, in one of another name.
+trait Own: Row {
+    const OWN: &'static str;
+}
+
+impl Own for TrackRow {
+    const OWN: &'static str = "agent_tracks";
+}
+
+impl Own for GroupRow {
+    const OWN: &'static str = "agent_groups";
+}
+
+impl<R: Own> Row for OfAgent<R> {
+    const TABLE: &'static str = R::OWN;
+
+    fn columns() -> Vec<Column> {
+        let mut columns = Vec::new();
+        u32::declare("agent", &mut columns);
+        columns.extend(R::columns());
+        columns
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        self.agent.put(cells)?;
+        self.row.put(cells)
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        Ok(Self { agent: Field::get(cells)?, row: R::get(cells)? })
+    }
+}
+
+impl Row for AgentEventRow {
+    const TABLE: &'static str = "agent_events";
+
+    fn columns() -> Vec<Column> {
+        let mut columns = Vec::new();
+        u32::declare("agent", &mut columns);
+        bool::declare("provisional", &mut columns);
+        columns.extend(EventRow::columns());
+        columns
+    }
+
+    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
+        self.agent.put(cells)?;
+        self.provisional.put(cells)?;
+        self.event.put(cells)
+    }
+
+    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
+        Ok(Self { agent: Field::get(cells)?, provisional: Field::get(cells)?, event: EventRow::get(cells)? })
+    }
 }
 
 /// A row and an error of it by the true geometry, in a column behind its own. It is for others: what reads a record here
@@ -281,10 +354,22 @@ impl Scalar for u32 {
     type Cell = i32;
 
     fn encode(&self) -> Result<i32, What> {
-        i32::try_from(*self).map_err(|_| What::TooLarge(*self))
+        i32::try_from(*self).map_err(|_| What::TooLarge(u64::from(*self)))
     }
 
     fn decode(cell: i32) -> Result<Self, What> {
+        Self::try_from(cell).map_err(|_| What::Bad(format!("is negative: {cell}")))
+    }
+}
+
+impl Scalar for u64 {
+    type Cell = i64;
+
+    fn encode(&self) -> Result<i64, What> {
+        i64::try_from(*self).map_err(|_| What::TooLarge(*self))
+    }
+
+    fn decode(cell: i64) -> Result<Self, What> {
         Self::try_from(cell).map_err(|_| What::Bad(format!("is negative: {cell}")))
     }
 }
@@ -325,6 +410,8 @@ words! { "track status", TrackStatus: Cued = "cued", Held = "held", Coasting = "
 words! { "place of a target", Place:
     Unassigned = "unassigned", Member = "member", Dwell = "dwell", Discarded = "discarded"
 }
+
+words! { "word for who is there", Presence: Live = "live", Silent = "silent", Gone = "gone", Left = "left" }
 
 /// Ids joined by a space.
 impl Scalar for Vec<u32> {

@@ -10,10 +10,13 @@ use super::checkpoint;
 use super::error::RecordError;
 use super::folder::{self, MAP_FILE, Partial, SCENARIO, Turn};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::rows::{At, TIMED, TargetRow, WithError, most_at_once, seconds};
+use super::rows::{At, OF_AGENTS, TIMED, TargetRow, WithError, most_at_once, seconds};
 use super::table::{Missing, Row, TableWriter};
 use crate::disk::{self, beside};
-use crate::frame::{DetectionRow, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow, ViewRow};
+use crate::frame::{
+    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, OfAgent, TeamRow, TrackRow, TruthRow,
+    UavRow, ViewRow,
+};
 use crate::score::{Judge, Judged, Rules};
 
 /// Least time between two checkpoints: what the end of the process may cost.
@@ -55,6 +58,8 @@ const CHECKPOINT_SHARE: u32 = 50;
 pub struct Writer {
     /// In the order of `TIMED`, and `views`.
     tables: [TableWriter; 7],
+    /// In the order of `OF_AGENTS`, once there is something to write.
+    of_agents: Option<[TableWriter; 5]>,
     judge: Option<Judge>,
     bounds: Bounds,
     last_us: Option<i64>,
@@ -119,6 +124,7 @@ impl Writer {
                 TableWriter::create::<At<EventRow>>(&partial.path)?,
                 TableWriter::create::<At<ViewRow>>(&partial.path)?,
             ],
+            of_agents: None,
             judge: None,
             bounds: Bounds::new(&manifest, target_names.len()),
             last_us: None,
@@ -181,6 +187,7 @@ impl Writer {
         put(events, time_us, &frame.events, Clone::clone)?;
         let seen: Vec<ViewRow> = judged.iter().flat_map(Judged::views).collect();
         put(views, time_us, &seen, Clone::clone)?;
+        self.put_agents(time_us, &frame.agents)?;
         self.last_us = Some(time_us);
         self.sound = true;
         let now = Instant::now();
@@ -195,6 +202,26 @@ impl Writer {
         Ok(())
     }
 
+    fn put_agents(&mut self, time_us: i64, agents: &Agents) -> Result<(), RecordError> {
+        let of_agents = match &mut self.of_agents {
+            Some(tables) => tables,
+            None if *agents == Agents::default() => return Ok(()),
+            None => self.of_agents.insert([
+                TableWriter::create::<At<AgentRow>>(&self.partial.path)?,
+                TableWriter::create::<At<OfAgent<TrackRow>>>(&self.partial.path)?,
+                TableWriter::create::<At<OfAgent<GroupRow>>>(&self.partial.path)?,
+                TableWriter::create::<At<AgentEventRow>>(&self.partial.path)?,
+                TableWriter::create::<At<TeamRow>>(&self.partial.path)?,
+            ]),
+        };
+        let [all, tracks, groups, events, team] = of_agents;
+        put(all, time_us, &agents.all, Clone::clone)?;
+        put(tracks, time_us, &agents.tracks, Clone::clone)?;
+        put(groups, time_us, &agents.groups, Clone::clone)?;
+        put(events, time_us, &agents.events, Clone::clone)?;
+        put(team, time_us, &agents.team, Clone::clone)
+    }
+
     /// Sees onto the disk what there is of the record, so that it can be read whatever comes. It is done now and then
     /// without being asked for.
     ///
@@ -203,8 +230,8 @@ impl Writer {
         let Some(last_us) = self.last_us else { return Ok(()) };
         self.check_sound(last_us)?;
         self.sound = false;
-        let tables = self.tables.iter_mut().take(TIMED.len()).map(TableWriter::missing);
-        let tables = tables.collect::<Result<Vec<_>, _>>()?;
+        let tables = self.tables.iter_mut().take(TIMED.len()).chain(self.of_agents.iter_mut().flatten());
+        let tables = tables.map(TableWriter::missing).collect::<Result<Vec<_>, _>>()?;
         self.sound = true;
         self.keep(last_us, &tables)
     }
@@ -218,7 +245,8 @@ impl Writer {
     pub fn close(mut self) -> Result<Closed, RecordError> {
         self.finish_tables()?;
         let timed = TIMED.into_iter().chain([ViewRow::TABLE]).zip(self.tables.iter().map(|table| table.pushed));
-        let rows = timed.chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
+        let of_agents = OF_AGENTS.into_iter().zip(self.of_agents.iter().flatten().map(|table| table.pushed));
+        let rows = timed.chain(of_agents).chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
         let counts = Some(Counts { instants: self.bounds.instants, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
@@ -257,7 +285,7 @@ impl Writer {
     fn finish_tables(&mut self) -> Result<(), RecordError> {
         self.check_sound(self.last_us.unwrap_or_default())?;
         self.sound = false;
-        self.tables.iter_mut().try_for_each(TableWriter::finish)
+        self.tables.iter_mut().chain(self.of_agents.iter_mut().flatten()).try_for_each(TableWriter::finish)
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {

@@ -79,6 +79,9 @@ pub struct Settings {
     pub model: Option<TargetParams>,
     /// The targets that manoeuvre, by id.
     pub manoeuvring: Arc<BTreeSet<u32>>,
+    /// When the last of those faults of the radio, and restarts, is over that are so within the mission, s. When a computer
+    /// starts late, the record tells.
+    pub faults_end_s: Option<f64>,
 }
 
 impl Settings {

@@ -193,8 +193,18 @@ fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),
         manoeuvring: Arc::new(manoeuvres.map(|manoeuvre| (manoeuvre.target as u32).saturating_sub(1)).collect()),
+        faults_end_s: faults_end_s(file),
     };
     (settings, passed)
+}
+
+/// See [`Settings::faults_end_s`].
+fn faults_end_s(file: &resolved::ScenarioFile) -> Option<f64> {
+    let partitions = file.radio.iter().flat_map(|radio| radio.partition.iter().map(|partition| partition.until_s));
+    let radio = file.radio.iter().filter_map(|radio| radio.until_s);
+    let restarts = file.uavs.restart.iter().map(|restart| restart.at_s + restart.down_s);
+    let ends_s = partitions.chain(radio).chain(restarts).filter(|end_s| *end_s <= file.duration_s);
+    ends_s.reduce(f64::max)
 }
 
 fn target_model(targets: &resolved::Targets) -> TargetParams {

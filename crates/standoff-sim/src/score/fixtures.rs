@@ -66,5 +66,6 @@ pub(super) fn group_row(group: u32) -> GroupRow {
         convergence_threshold_m2_s: None,
         altitude_m: 0.0,
         separation_m: None,
+        id: None,
     }
 }

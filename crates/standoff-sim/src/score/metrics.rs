@@ -29,7 +29,8 @@ pub struct About {
 }
 
 /// By the end of a metric's name, the longer first: the unit in which it is shown, and the factor into it.
-const UNITS: [(&str, &str, f64); 9] = [
+const UNITS: [(&str, &str, f64); 10] = [
+    ("_per_s", "B/s", 1.0),
     ("_m2_s2", "m\u{b2}/s\u{b2}", 1.0),
     ("_m_s", "m/s", 1.0),
     ("_m2", "m\u{b2}", 1.0),
@@ -180,6 +181,20 @@ metrics! {
         handoffs: u64, "handoffs", NEITHER, 0.1, EVENTS;
         /// Targets removed from a group because no orbit could hold them.
         discards: u64, "discards", NEITHER, 0.1, EVENTS;
+        /// Share of the instants at which two minds or more differ in who serves which group, 0 to 1.
+        crews_differ_fraction: f64, "time in which minds differ in who serves which group", LARGE, 0.01, NOTHING;
+        /// From the end of the last fault to the last instant at which they do, s.
+        agreement_delay_s: f64, "time from the end of the last fault until they agree", LARGE, 1.0, NOTHING;
+        /// Share of the time of existing targets under two crewed groups at once, 0 to 1.
+        double_served_fraction: f64, "time of targets under two crewed groups at once", LARGE, 0.01, NOTHING;
+        /// From the instant up to which nothing can change any more to now, s.
+        commit_lag_s: f64, "time until nothing can change any more", LARGE, 1.0, NOTHING;
+        /// The longest of those times.
+        commit_lag_max_s: f64, "time until nothing can change any more, at worst", LARGE, 1.0, NOTHING;
+        /// What a UAV sends, bytes/s.
+        bytes_per_s: f64, "sent by a UAV", LARGE, 50.0, NOTHING;
+        /// The same of the UAV that sends most.
+        bytes_max_per_s: f64, "sent by the UAV that sends most", LARGE, 50.0, NOTHING;
         /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
         anees: f64, "consistency of estimates (1 is right)", NEITHER, 0.05, BOTH;
         /// The same of the targets that never manoeuvre, where some do.
@@ -253,6 +268,17 @@ const LIMITS: &[&str] = &[
     "position_bound_m2",
     "velocity_squared_error_m2_s2",
     "velocity_bound_m2_s2",
+];
+
+/// What is told of several minds, and of nothing else.
+pub(super) const AGREEMENT: &[&str] = &[
+    "crews_differ_fraction",
+    "agreement_delay_s",
+    "double_served_fraction",
+    "commit_lag_s",
+    "commit_lag_max_s",
+    "bytes_per_s",
+    "bytes_max_per_s",
 ];
 
 /// The columns of Table II.

@@ -41,6 +41,8 @@ pub struct Rules {
     pub period_s: f64,
     /// From when on the settled metrics count, s.
     pub settle_s: f64,
+    /// When the last of those faults of the radio, and restarts, is over that are so within the mission, s.
+    pub faults_end_s: Option<f64>,
 }
 
 impl Rules {
@@ -60,6 +62,7 @@ impl Rules {
             separation_rad: settings.team.guidance.separation_rad,
             period_s: settings.period.s(),
             settle_s: settings.settle.s(),
+            faults_end_s: settings.faults_end_s,
         }
     }
 

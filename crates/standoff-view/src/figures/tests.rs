@@ -110,6 +110,7 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         convergence_threshold_m2_s: None,
         altitude_m: 0.0,
         separation_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
+        id: None,
     });
     frame
 }
