@@ -9,6 +9,7 @@ mod innovation;
 mod judged;
 mod mean;
 mod metrics;
+mod minds;
 mod rules;
 mod surprise;
 mod tally;
@@ -26,6 +27,7 @@ use bound::Bound;
 use calm::Calm;
 use innovation::Innovations;
 use mean::Mean;
+use minds::Minds;
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 use true_orbits::TrueOrbits;
@@ -129,6 +131,9 @@ pub struct Scorer {
     known: Vec<Known>,
     true_orbits: TrueOrbits,
     agreement: Agreement,
+    minds: Minds,
+    /// What of the choice each of several minds has of its own.
+    of_pictures: Choice,
     /// Where the UAVs on an orbit are: room that lives on.
     crew: Vec<Position>,
     from_centre: Vec<Displacement>,
@@ -179,6 +184,8 @@ impl Scorer {
             known: Vec::new(),
             true_orbits: TrueOrbits::default(),
             agreement: Agreement::default(),
+            minds: Minds::default(),
+            of_pictures: choice.of_pictures(),
             crew: Vec::new(),
             from_centre: Vec::new(),
             rules,
@@ -237,6 +244,9 @@ impl Scorer {
         if wanted.agreement {
             self.agreement.frame(frame);
         }
+        if !self.of_pictures.is_empty() {
+            self.minds.frame(frame, &self.rules, self.of_pictures);
+        }
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
@@ -256,7 +266,7 @@ impl Scorer {
         let Agreement { differ, lag_s, lag_max_s, double_served, .. } = &self.agreement;
         let [bytes_per_s, bytes_max_per_s] = self.agreement.bytes_per_s(period_s);
         let [quiet, manoeuvring] = self.tallies.consistency(&self.rules.manoeuvring);
-        Metrics {
+        let metrics = Metrics {
             watched_fraction: watched.value(),
             seen_fraction: seen.value(),
             longest_gap_s: seen.value().map(|_| longest_gap as f64 * period_s),
@@ -308,8 +318,8 @@ impl Scorer {
             position_bound_m2: position.bound.value(),
             velocity_squared_error_m2_s2: velocity.squared_error.value(),
             velocity_bound_m2_s2: velocity.bound.value(),
-        }
-        .only_by(self.rules.reported)
+        };
+        self.minds.average(metrics).only_by(self.rules.reported)
     }
 
     /// How each target fared that has existed, by id. Nobody is in it unless a metric that needs it was chosen.

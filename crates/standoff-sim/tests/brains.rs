@@ -44,6 +44,29 @@ fn a_mind_each_and_one_mind_for_all_give_the_same_records() {
     }
 }
 
+/// What each of several minds comes to is averaged; of equal ones that is what one comes to, to the bit.
+#[test]
+fn a_mind_each_and_one_mind_for_all_are_scored_alike() {
+    let scored = |minds: &str| {
+        let scenario = load("best/figure-9", &[minds, "duration_s=60"], 3);
+        Mission::new(&scenario).unwrap().scored_while(Choice::ALL, || true)
+    };
+    let [one, each] = ["team.minds=\"one\"", "team.minds=\"each\""].map(scored);
+    let of_minds = Metrics::NAMES.iter().zip(one.values().into_iter().zip(each.values()));
+    let mut agreement = Vec::new();
+    for (name, (one, each)) in of_minds {
+        if one.is_none() && each.is_some() {
+            agreement.push(*name);
+        } else {
+            assert_eq!(one, each, "{name}");
+        }
+    }
+    let expected =
+        ["crews_differ_fraction", "double_served_fraction", "commit_lag_s", "commit_lag_max_s", "bytes_per_s"];
+    assert_eq!(agreement, [&expected[..], &["bytes_max_per_s"]].concat());
+    assert_eq!(each.crews_differ_fraction, Some(0.0));
+}
+
 /// In an outage a UAV hears, but neither scans nor speaks.
 #[test]
 fn a_mind_each_and_one_mind_for_all_live_through_outages_alike() {

@@ -2,6 +2,7 @@
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+use super::minds;
 use crate::frame::Reported;
 
 /// The end of a metric's values at which runs are bad.
@@ -88,6 +89,20 @@ macro_rules! metrics {
                 $(self.$field = self.$field.filter(|_| reported.has($needs));)*
                 self
             }
+
+            /// Those that are of tracks or groups, as the mean of others, each counted so often.
+            pub(super) fn averaged(mut self, others: &[(Self, u64)]) -> Self {
+                $(if is_of_picture($needs) {
+                    let values = others.iter().filter_map(|(of, times)| Some((of.$field? as f64, *times)));
+                    self.$field = minds::mean(values).map(|value| value as $type);
+                })*
+                self
+            }
+
+            /// The names of these.
+            fn of_pictures() -> impl Iterator<Item = &'static str> {
+                [$((stringify!($field), $needs)),*].into_iter().filter(|(_, needs)| is_of_picture(*needs)).map(|(name, _)| name)
+            }
         }
 
         impl Serialize for Chosen {
@@ -112,6 +127,11 @@ const TRACKS: Reported = Reported { tracks: true, ..NOTHING };
 const GROUPS: Reported = Reported { groups: true, ..NOTHING };
 const BOTH: Reported = Reported { tracks: true, groups: true, ..NOTHING };
 const EVENTS: Reported = Reported { events: true, ..NOTHING };
+
+/// What is of tracks or groups is of one mind's picture.
+fn is_of_picture(needs: Reported) -> bool {
+    needs.tracks || needs.groups
+}
 
 metrics! {
     /// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a
@@ -329,6 +349,16 @@ impl Choice {
     /// The chosen names, in the order of [`Metrics::NAMES`].
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Metrics::NAMES.iter().enumerate().filter(move |(index, _)| self.0 & (1 << index) != 0).map(|(_, name)| *name)
+    }
+
+    /// Those of tracks or groups: where minds are several, each has its own.
+    pub(super) fn of_pictures(self) -> Self {
+        Self(Metrics::of_pictures().filter_map(bit).fold(0, |bits, bit| bits | bit) & self.0)
+    }
+
+    /// Nothing is chosen.
+    pub(super) fn is_empty(self) -> bool {
+        self.0 == 0
     }
 
     /// Any of these is chosen.
