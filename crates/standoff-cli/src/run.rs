@@ -10,6 +10,7 @@ use standoff_results::{Failure, Telling, Told, has_older_run, lines, refused, te
 use standoff_sim::record::{Closed, Frame};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Template};
+use standoff_sim::score::Choice;
 use standoff_sim::text;
 use standoff_sim::yardstick::yardstick;
 use standoff_view::replay::Line;
@@ -101,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         note(&format!("note: replacing the older run in {}", text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
-    let flown = fly(&scenario, &out, map.as_ref(), &interruption, |frame| {
+    let flown = fly(&scenario, args.metrics.choice, &out, map.as_ref(), &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
         live.iter_mut().for_each(|live| live.frame(frame, &interruption));
     });
@@ -172,12 +173,13 @@ impl Live {
 /// Flies the mission into a record; `look` sees every frame.
 fn fly(
     scenario: &Scenario,
+    choice: Choice,
     out: &Path,
     map: Option<&Bytes>,
     interruption: &Interruption,
     mut look: impl FnMut(&Frame),
 ) -> Result<Closed, Failure> {
-    let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
+    let mut mission = Mission::scored_by(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
     let progress = progress(mission.frames(), "instants");
     let go_on = || !interruption.has_come();
     let flown = standoff_results::fly(scenario, &mut mission, out, map, &note, go_on, |frame| {

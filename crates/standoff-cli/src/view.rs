@@ -198,7 +198,7 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
 }
 
 fn fly(scenario: &Scenario, watched: Watched, choice: Choice) -> Result<(), Failure> {
-    let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(refused(&errors)))?;
+    let mut mission = Mission::scored_by(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
     tell(watched, &scenario.settings, choice, |look| {
         while let Some(frame) = mission.frame() {
             look(frame);

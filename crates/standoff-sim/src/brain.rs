@@ -7,6 +7,7 @@ use standoff::{
     Agent, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
 };
 
+use crate::audit::{Audit, Before};
 pub use crate::frame::{
     AgentEventRow, AgentRow, Agents, Beliefs, EventRow, GroupRow, OfAgent, Place, Reported, TeamRow, TrackRow,
     TrackStatus,
@@ -92,12 +93,14 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
 pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain + Send>, Vec<ParamError>> {
     Ok(match minds {
         Minds::One => Box::new(One { fleet: Fleet::new(team)?, observed: Vec::new() }),
-        Minds::Each => {
-            let agents = (0..).map(UavId).take(uavs).map(|uav| Agent::new(uav, team));
-            let agents = agents.collect::<Result<_, _>>()?;
-            Box::new(Each { team, agents, observed: Vec::new(), awake: Vec::new(), is_decided: true })
-        }
+        Minds::Each => Box::new(Each::new(team, uavs)?),
     })
+}
+
+/// A mind for each UAV of the product, each checked by a fold of its own of what it has heard.
+pub(crate) fn audited(team: TeamParams, uavs: usize) -> Result<Each, Vec<ParamError>> {
+    let audits = (0..uavs).map(|_| Audit::new(team)).collect::<Result<_, _>>()?;
+    Ok(Each { audits, ..Each::new(team, uavs)? })
 }
 
 /// The last observation of each UAV, by id.
@@ -152,9 +155,11 @@ impl Brain for One {
 
 /// A mind for each UAV, by id. With a perfect radio all have the same picture; that of the first whose computer is on is
 /// recorded.
-struct Each {
+pub(crate) struct Each {
     team: TeamParams,
     agents: Vec<Agent>,
+    /// By UAV; empty where nobody asked for them.
+    pub(crate) audits: Vec<Audit>,
     observed: Observed,
     /// Those that observed this instant, ascending.
     awake: Vec<UavId>,
@@ -168,6 +173,7 @@ impl Brain for Each {
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
             *agent = new.with_epoch(epoch);
         }
+        self.audits.get_mut(uav.0 as usize).into_iter().for_each(Audit::restart);
     }
 
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
@@ -176,7 +182,11 @@ impl Brain for Each {
         }
         self.awake.push(uav);
         if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
-            keep(&mut self.observed, agent.observe(now, own, scan));
+            let observation = agent.observe(now, own, scan);
+            if let Some(audit) = self.audits.get_mut(uav.0 as usize) {
+                audit.observe(agent, &observation);
+            }
+            keep(&mut self.observed, observation);
         }
     }
 
@@ -186,13 +196,30 @@ impl Brain for Each {
 
     fn hear(&mut self, uav: UavId, message: &Message) {
         if let Some(observation) = last(&self.observed, uav) {
-            self.agents[uav.0 as usize].hear(observation, message);
+            let agent = &mut self.agents[uav.0 as usize];
+            let Some(audit) = self.audits.get_mut(uav.0 as usize) else {
+                return agent.hear(observation, message);
+            };
+            let before = Before::of(agent, message);
+            agent.hear(observation, message);
+            audit.hear(agent, &before, message);
         }
     }
 
     fn decide(&mut self, uav: UavId) -> Step {
         self.is_decided = true;
-        last(&self.observed, uav).map_or(IDLE, |observation| self.agents[uav.0 as usize].decide(observation))
+        let Some(observation) = last(&self.observed, uav) else { return IDLE };
+        let agent = &mut self.agents[uav.0 as usize];
+        let step = agent.decide(observation);
+        if !self.audits.is_empty() {
+            // Those of the others are beside it.
+            let mut audit = self.audits.swap_remove(uav.0 as usize);
+            audit.check(agent, &self.audits);
+            self.audits.push(audit);
+            let last = self.audits.len() - 1;
+            self.audits.swap(uav.0 as usize, last);
+        }
+        step
     }
 
     fn reported(&self) -> Reported {
@@ -206,11 +233,19 @@ impl Brain for Each {
     }
 
     fn report_each(&self, agents: &mut Agents) {
-        self.awake().for_each(|agent| rows::own(agent, agents));
+        for agent in self.awake() {
+            let audit = self.audits.get(agent.id().0 as usize);
+            rows::own(agent, audit.and_then(|audit| audit.holds_more), agents);
+        }
     }
 }
 
 impl Each {
+    fn new(team: TeamParams, uavs: usize) -> Result<Self, Vec<ParamError>> {
+        let agents = (0..).map(UavId).take(uavs).map(|uav| Agent::new(uav, team)).collect::<Result<_, _>>()?;
+        Ok(Self { team, agents, audits: Vec::new(), observed: Vec::new(), awake: Vec::new(), is_decided: true })
+    }
+
     /// The minds of the UAVs whose computer is on, ascending.
     fn awake(&self) -> impl Iterator<Item = &Agent> {
         self.awake.iter().filter_map(|uav| self.agents.get(uav.0 as usize))

@@ -121,6 +121,9 @@ pub struct AgentRow {
     pub sent_messages: u64,
     /// Bytes that these take.
     pub sent_bytes: u64,
+    /// The newest of its pictures that cannot change any more knows more than follows from what was said, each report once;
+    /// `None`: nobody has looked.
+    pub double_counted: Option<bool>,
 }
 
 /// What one of several minds believes of a UAV of the team.

@@ -4,6 +4,7 @@
 //! scenario -> mission (world, sensors, radio, agents) -> frames -> record -> score
 //! ```
 
+mod audit;
 pub mod brain;
 mod computer;
 pub mod disk;

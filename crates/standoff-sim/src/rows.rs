@@ -127,7 +127,7 @@ pub fn agent(agent: &Agent, beliefs: &mut Beliefs) {
 }
 
 /// Adds what one agent of several believes, and what it tells; what it sent is the radio's to say.
-pub(crate) fn own(agent: &Agent, agents: &mut Agents) {
+pub(crate) fn own(agent: &Agent, double_counted: Option<bool>, agents: &mut Agents) {
     let (by, picture) = (agent.id().0, agent.picture());
     agents.all.push(AgentRow {
         agent: by,
@@ -135,6 +135,7 @@ pub(crate) fn own(agent: &Agent, agents: &mut Agents) {
         disturbed: agent.is_disturbed(),
         sent_messages: 0,
         sent_bytes: 0,
+        double_counted,
     });
     tracks(picture, |row| agents.tracks.push(OfAgent { agent: by, row }));
     groups(picture, |row| agents.groups.push(OfAgent { agent: by, row }));

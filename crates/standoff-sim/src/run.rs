@@ -15,7 +15,7 @@ use crate::draws::Draws;
 use crate::frame::{Frame, Reported};
 use crate::radio::{Radio, Sent, Station};
 use crate::rows;
-use crate::scenario::{Outage, Scenario, Settings};
+use crate::scenario::{Minds, Outage, Scenario, Settings};
 use crate::score::{Choice, Metrics, Rules, Scorer};
 use crate::sensors;
 use crate::world::{Truth, World};
@@ -75,7 +75,7 @@ pub fn fly(scenario: &Scenario, choice: Choice) -> Result<Metrics, Vec<ParamErro
 
 /// Flies a mission for as long as `go_on`, asked before every instant, says yes, and scores what was flown.
 pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) -> Result<Metrics, Vec<ParamError>> {
-    Ok(Mission::new(scenario)?.scored_while(choice, go_on))
+    Ok(Mission::scored_by(scenario, choice)?.scored_while(choice, go_on))
 }
 
 /// A UAV in the world: what it does, what its brain believes and wants, and what its sensor says.
@@ -99,8 +99,16 @@ struct Uav {
 impl Mission {
     /// A mission at its start, flown by the product; all that is out of range, also at this period, is reported at once.
     pub fn new(scenario: &Scenario) -> Result<Self, Vec<ParamError>> {
-        let Settings { minds, team, .. } = &scenario.settings;
-        let brain = brain::of_team(*minds, *team, scenario.uavs.len())?;
+        Self::scored_by(scenario, Choice::standard())
+    }
+
+    /// The same; what metrics of a choice need that cost as much as flying does is worked out beside it: `double_count`.
+    pub fn scored_by(scenario: &Scenario, choice: Choice) -> Result<Self, Vec<ParamError>> {
+        let (Settings { minds, team, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
+        let brain: Box<dyn Brain + Send> = match minds {
+            Minds::Each if choice.wants_audit() => Box::new(brain::audited(*team, uavs)?),
+            _ => brain::of_team(*minds, *team, uavs)?,
+        };
         Ok(Self { is_foreign: false, ..Self::with_brain(scenario, brain)? })
     }
 }
@@ -424,6 +432,37 @@ mod tests {
         assert_eq!(*heard.borrow(), [belief]);
         assert_eq!((row.x_m, row.y_m), (truth.position.x_m(), truth.position.y_m()));
         assert_eq!(mission.uavs[0].belief, mission.uavs[0].truth, "navigation is perfect");
+    }
+
+    /// How many committed pictures an audit has looked at, how many were other ones than its fold's, and the score of it.
+    fn audited(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
+        let set = set.iter().map(|key| (*key).to_owned()).collect();
+        let scenario = Scenario::load(name, &Edits { set, ..Edits::default() }, seed).unwrap();
+        let brain = brain::audited(scenario.settings.team, scenario.uavs.len()).unwrap();
+        let mut mission = Mission::with_brain(&scenario, brain).unwrap();
+        let metrics = mission.scored_while(Choice::parse("double_count").unwrap(), || true);
+        let sum = |of: fn(&crate::audit::Audit) -> u64| mission.brain.audits.iter().map(of).sum();
+        (sum(|audit| audit.looked_at), sum(|audit| audit.differed), metrics.double_count)
+    }
+
+    /// Whatever happens to words, a committed picture is, to the bit, what follows from what was said, each thing once.
+    #[test]
+    fn no_report_counts_twice_whatever_the_radio_does() {
+        let faults = [
+            &["radio={}"][..],
+            &["radio.loss=0.5"],
+            &["radio.delay_s={uniform=[0, 3]}", "radio.duplicate=0.5"],
+            &["radio.loss=0.2", "radio.partition=[{from_s=20,until_s=50,sides=[[0,1],[2,3]]}]"],
+            &["radio.loss=0.2", "uavs.restart=[{uav=0,at_s=30,down_s=10}, {uav=2,at_s=50.2,down_s=0.1}]"],
+            &["uavs.start_late_s={uniform=[0, 20]}", "radio.loss=0.2"],
+        ];
+        for fault in faults {
+            for seed in 1..3 {
+                let (looked_at, differed, double_count) = audited("tour/04-two-groups", fault, seed);
+                assert_eq!((differed, double_count), (0, Some(0)), "{fault:?}, seed {seed}");
+                assert!(looked_at > 900, "{fault:?}, seed {seed}: {looked_at}");
+            }
+        }
     }
 
     /// Observed twice or once, an instant is the same, and it is decided once.

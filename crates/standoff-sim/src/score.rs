@@ -263,7 +263,7 @@ impl Scorer {
         let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
         let period_s = self.rules.period_s;
         let Sums { watched, seen, unseen, longest_gap, longest_streak, refound, refind } = self.tallies.sums();
-        let Agreement { differ, lag_s, lag_max_s, double_served, .. } = &self.agreement;
+        let Agreement { differ, lag_s, lag_max_s, double_served, double_count, .. } = &self.agreement;
         let [bytes_per_s, bytes_max_per_s] = self.agreement.bytes_per_s(period_s);
         let [quiet, manoeuvring] = self.tallies.consistency(&self.rules.manoeuvring);
         let metrics = Metrics {
@@ -306,6 +306,7 @@ impl Scorer {
             commit_lag_max_s: *lag_max_s,
             bytes_per_s,
             bytes_max_per_s,
+            double_count: *double_count,
             anees: self.so_far.nees.value(),
             anees_quiet: quiet,
             anees_manoeuvring: manoeuvring,

@@ -1012,6 +1012,7 @@ fn of_minds(instant: u32, uavs: u32, targets: u32) -> Frame {
             disturbed: instant.is_multiple_of(2),
             sent_messages: 2,
             sent_bytes: u64::from(instant) << 33,
+            double_counted: (agent > 0).then_some(agent == 1),
         });
         agents.tracks.extend(frame.tracks.iter().map(|row| OfAgent { agent, row: *row }));
         agents.groups.extend(frame.groups.iter().map(|row| OfAgent { agent, row: *row }));

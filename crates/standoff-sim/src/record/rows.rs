@@ -125,7 +125,7 @@ table! { "events", EventRow:
 }
 
 table! { "agents", AgentRow:
-    agent, committed_us, disturbed, sent_messages, sent_bytes
+    agent, committed_us, disturbed, sent_messages, sent_bytes, double_counted
 }
 
 table! { "agent_team", TeamRow:

@@ -24,6 +24,8 @@ pub(super) struct Agreement {
     uavs: usize,
     /// Targets that are under two crewed groups at once, of those that exist.
     pub(super) double_served: Mean,
+    /// Instants of minds that counted something twice; `None`: nobody has looked.
+    pub(super) double_count: Option<u64>,
     /// Targets, and the group by whose UAV each is served: room that lives on.
     served: Vec<(u32, u64)>,
 }
@@ -49,8 +51,11 @@ impl Agreement {
             self.differ.add(f64::from(differ));
             self.last_differing_us = if differ { Some(*time_us) } else { self.last_differing_us };
         }
-        for AgentRow { agent, committed_us, sent_bytes, .. } in &agents.all {
+        for AgentRow { agent, committed_us, sent_bytes, double_counted, .. } in &agents.all {
             *self.sent_bytes.entry(*agent).or_default() += sent_bytes;
+            if let Some(double_counted) = double_counted {
+                *self.double_count.get_or_insert(0) += u64::from(*double_counted);
+            }
             if let Some(committed_us) = committed_us {
                 let lag_s = time_us.saturating_sub(*committed_us) as f64 / 1e6;
                 self.lag_s.add(lag_s);
@@ -131,7 +136,15 @@ mod tests {
         for (agent, crew, members) in minds {
             let (agent, committed_us) = (*agent, (time_s > 1).then_some((time_s - 2) * 1_000_000));
             let sent_bytes = 100 + 200 * u64::from(agent);
-            frame.agents.all.push(AgentRow { agent, committed_us, disturbed: false, sent_messages: 1, sent_bytes });
+            let double_counted = (agent == 0).then_some(time_s == 3);
+            frame.agents.all.push(AgentRow {
+                agent,
+                committed_us,
+                disturbed: false,
+                sent_messages: 1,
+                sent_bytes,
+                double_counted,
+            });
             frame.agents.team.extend((0..).zip(crew).map(|(uav, group_id)| {
                 let group = number(*group_id);
                 TeamRow { agent, uav, presence: None, heard_us: None, group, group_id: *group_id }
@@ -201,6 +214,13 @@ mod tests {
         let idle = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), None], [Some(1), Some(2)])];
         assert_eq!((share(together), share(idle)), (Some(0.0), Some(0.0)));
         assert_eq!(after([frame(0, &[])]).double_served.value(), None);
+    }
+
+    #[test]
+    fn what_was_counted_twice_is_counted_where_somebody_looked() {
+        let count = |until_s| after((0..until_s).map(|time_s| frame(time_s, &ALIKE))).double_count;
+        assert_eq!([0, 3, 5].map(count), [None, Some(0), Some(1)]);
+        assert_eq!(after([frame(3, &ALIKE[1..])]).double_count, None);
     }
 
     /// Two instants without anything committed, then two seconds of lag, and five once. Of two UAVs the second has a mind for

@@ -215,6 +215,8 @@ metrics! {
         bytes_per_s: f64, "sent by a UAV", LARGE, 50.0, NOTHING;
         /// The same of the UAV that sends most.
         bytes_max_per_s: f64, "sent by the UAV that sends most", LARGE, 50.0, NOTHING;
+        /// Instants of minds whose picture knows more than was said, each report counted once: 0.
+        double_count: u64, "pictures in which something counts twice", LARGE, 0.1, NOTHING;
         /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
         anees: f64, "consistency of estimates (1 is right)", NEITHER, 0.05, BOTH;
         /// The same of the targets that never manoeuvre, where some do.
@@ -299,7 +301,11 @@ pub(super) const AGREEMENT: &[&str] = &[
     "commit_lag_max_s",
     "bytes_per_s",
     "bytes_max_per_s",
+    "double_count",
 ];
+
+/// What is worked out beside every mind, for as much work again, and only where asked for.
+const AUDIT: &str = "double_count";
 
 /// The columns of Table II.
 const TABLE_2: &[&str] = &[
@@ -315,9 +321,9 @@ impl Choice {
     /// Every metric.
     pub const ALL: Self = Self((1 << Metrics::NAMES.len()) - 1);
 
-    /// What a run is told by if nothing else is asked for: all but what compares it with limits.
+    /// What a run is told by if nothing else is asked for: all but what compares it with limits, and `double_count`.
     pub fn standard() -> Self {
-        Self(Self::ALL.0 & !Self::of(LIMITS).0)
+        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(&[AUDIT]).0)
     }
 
     /// The metrics of a comma-separated list of names and of sets: `standard`, `limits`, `table-2`, `all`.
@@ -356,6 +362,11 @@ impl Choice {
         Self(Metrics::of_pictures().filter_map(bit).fold(0, |bits, bit| bits | bit) & self.0)
     }
 
+    /// Somebody has to look for what counts twice.
+    pub(crate) fn wants_audit(self) -> bool {
+        self.wants(&[AUDIT])
+    }
+
     /// Nothing is chosen.
     pub(super) fn is_empty(self) -> bool {
         self.0 == 0
@@ -390,7 +401,7 @@ mod tests {
         assert_eq!(names("anees, position_error_m").unwrap(), ["position_error_m", "anees"]);
         assert_eq!(names("all").unwrap(), Metrics::NAMES);
         assert!(names("table-2,handoffs").unwrap().contains(&"phase_error_deg"));
-        assert_eq!(names("standard,limits").unwrap(), Metrics::NAMES);
+        assert_eq!(names("standard,limits,double_count").unwrap(), Metrics::NAMES);
         assert!(!names("standard").unwrap().contains(&"nis"));
         assert!(names("speed").unwrap_err().contains("no such metric"));
         assert!(names("").is_err());

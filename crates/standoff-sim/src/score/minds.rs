@@ -101,7 +101,14 @@ mod tests {
         frame.truth.push(truth_row(0, 100.0, 0.0));
         for &(agent, has, off_m, served_by) in minds {
             let Agents { all, tracks, groups, team, .. } = &mut frame.agents;
-            all.push(AgentRow { agent, committed_us: None, disturbed: false, sent_messages: 0, sent_bytes: 0 });
+            all.push(AgentRow {
+                agent,
+                committed_us: None,
+                disturbed: false,
+                sent_messages: 0,
+                sent_bytes: 0,
+                double_counted: None,
+            });
             let mut row = track_row(0, has.then_some(5));
             row.state[0] = 100.0 + off_m;
             tracks.push(OfAgent { agent, row });
