@@ -27,7 +27,7 @@ use bound::Bound;
 use calm::Calm;
 use innovation::Innovations;
 use mean::Mean;
-use minds::Minds;
+use minds::{Minds, Scores};
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 use true_orbits::TrueOrbits;
@@ -131,7 +131,7 @@ pub struct Scorer {
     known: Vec<Known>,
     true_orbits: TrueOrbits,
     agreement: Agreement,
-    minds: Minds,
+    minds: Minds<Self>,
     /// What of the choice each of several minds has of its own.
     of_pictures: Choice,
     /// Where the UAVs on an orbit are: room that lives on.
@@ -245,7 +245,7 @@ impl Scorer {
             self.agreement.frame(frame);
         }
         if !self.of_pictures.is_empty() {
-            self.minds.frame(frame, &self.rules, self.of_pictures);
+            self.minds.frame(frame, || Self::new(self.rules.clone(), self.of_pictures));
         }
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
@@ -416,6 +416,16 @@ impl Scorer {
                     Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
             }
         }
+    }
+}
+
+impl Scores for Scorer {
+    fn frame(&mut self, frame: &Frame) {
+        self.frame(frame);
+    }
+
+    fn metrics(&self) -> Metrics {
+        self.metrics()
     }
 }
 

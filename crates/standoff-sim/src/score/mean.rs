@@ -21,3 +21,25 @@ impl Mean {
         Self { sum: self.sum + other.sum, n: self.n + other.n }
     }
 }
+
+/// The mean of values, each counted so often; of equal ones it is that value, to the bit.
+pub(super) fn weighted(values: impl Iterator<Item = (f64, u64)>) -> Option<f64> {
+    let mut values = values.filter(|(_, times)| *times > 0);
+    let (first, times) = values.next()?;
+    let (off, times) =
+        values.fold((0.0, times), |(off, all), (value, times)| (off + (value - first) * times as f64, all + times));
+    Some(first + off / times as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_of_equal_values_is_that_value() {
+        let value = 0.1 + 0.2;
+        assert_eq!(weighted([(value, 3), (value, 7), (1.0, 0)].into_iter()), Some(value));
+        assert_eq!(weighted([(1.0, 1), (3.0, 3)].into_iter()), Some(2.5));
+        assert_eq!(weighted([(1.0, 0)].into_iter()), None);
+    }
+}

@@ -2,7 +2,7 @@
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
-use super::minds;
+use super::mean;
 use crate::frame::Reported;
 
 /// The end of a metric's values at which runs are bad.
@@ -94,7 +94,7 @@ macro_rules! metrics {
             pub(super) fn averaged(mut self, others: &[(Self, u64)]) -> Self {
                 $(if is_of_picture($needs) {
                     let values = others.iter().filter_map(|(of, times)| Some((of.$field? as f64, *times)));
-                    self.$field = minds::mean(values).map(|value| value as $type);
+                    self.$field = mean::weighted(values).map(|value| value as $type);
                 })*
                 self
             }

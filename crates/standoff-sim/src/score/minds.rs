@@ -3,13 +3,21 @@
 use std::collections::BTreeMap;
 
 use super::agreement::of;
-use super::{Choice, Metrics, Rules, Scorer};
+use super::metrics::Metrics;
 use crate::frame::{Agents, Frame};
 
-/// The scores of several minds; of one mind for all there is nothing.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Minds {
-    lives: BTreeMap<u32, Life>,
+/// What scores one picture, frame by frame.
+pub(super) trait Scores {
+    /// Takes in the next frame.
+    fn frame(&mut self, frame: &Frame);
+    /// The scores so far.
+    fn metrics(&self) -> Metrics;
+}
+
+/// The scores of several minds, one `S` each; of one mind for all there is nothing.
+#[derive(Debug, Clone)]
+pub(super) struct Minds<S> {
+    lives: BTreeMap<u32, Life<S>>,
     /// What lives came to that are over, and for how many instants each was.
     over: Vec<(Metrics, u64)>,
     instants: u64,
@@ -19,19 +27,25 @@ pub(super) struct Minds {
 
 /// A stretch without a break in which a mind was there: after a restart it begins anew.
 #[derive(Debug, Clone)]
-struct Life {
-    scorer: Scorer,
+struct Life<S> {
+    scorer: S,
     instants: u64,
     /// The last instant, counted from 1.
     last: u64,
 }
 
-impl Minds {
-    /// Takes in the next frame.
-    pub(super) fn frame(&mut self, frame: &Frame, rules: &Rules, choice: Choice) {
+impl<S> Default for Minds<S> {
+    fn default() -> Self {
+        Self { lives: BTreeMap::new(), over: Vec::new(), instants: 0, frame: Frame::default() }
+    }
+}
+
+impl<S: Scores> Minds<S> {
+    /// Takes in the next frame; `scorer` is one that has seen nothing yet.
+    pub(super) fn frame(&mut self, frame: &Frame, scorer: impl Fn() -> S) {
         self.instants += 1;
         for row in &frame.agents.all {
-            let new = || Life { scorer: Scorer::new(rules.clone(), choice), instants: 0, last: self.instants };
+            let new = || Life { scorer: scorer(), instants: 0, last: self.instants };
             let life = self.lives.entry(row.agent).or_insert_with(new);
             if life.last + 1 < self.instants {
                 let old = std::mem::replace(life, new());
@@ -70,21 +84,13 @@ fn own_frame(frame: &Frame, agent: u32, own: &mut Frame) {
     own.groups.extend(of(groups, agent, |of| of.agent).iter().map(|of| of.row));
 }
 
-/// The mean of values, each counted so often; of equal ones it is that value, to the bit.
-pub(super) fn mean(values: impl Iterator<Item = (f64, u64)>) -> Option<f64> {
-    let mut values = values.filter(|(_, times)| *times > 0);
-    let (first, times) = values.next()?;
-    let (off, times) =
-        values.fold((0.0, times), |(off, all), (value, times)| (off + (value - first) * times as f64, all + times));
-    Some(first + off / times as f64)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frame::{AgentRow, OfAgent, TeamRow};
     use crate::scenario::{Edits, Scenario};
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
+    use crate::score::{Choice, Rules, Scorer};
 
     fn scored(frames: impl IntoIterator<Item = Frame>) -> Metrics {
         let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap();
@@ -151,13 +157,5 @@ mod tests {
         let both = [(0, true, 0.0, 1), (1, true, 0.0, 0)];
         assert_eq!(scored([frame(0, &both)]).standoff_tracking_error_m, Some(300.0));
         assert_eq!(scored([frame(0, &both[..1])]).standoff_tracking_error_m, None);
-    }
-
-    #[test]
-    fn the_mean_of_equal_values_is_that_value() {
-        let value = 0.1 + 0.2;
-        assert_eq!(mean([(value, 3), (value, 7), (1.0, 0)].into_iter()), Some(value));
-        assert_eq!(mean([(1.0, 1), (3.0, 3)].into_iter()), Some(2.5));
-        assert_eq!(mean([(1.0, 0)].into_iter()), None);
     }
 }
