@@ -18,6 +18,8 @@ import pandas
 import polars
 
 TABLES = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets", "views"]
+# What each of several minds believes: all of them, or none.
+OF_AGENTS = ["agents", "agent_tracks", "agent_groups", "agent_events", "agent_team"]
 AXES = ["x", "vx", "ax", "y", "vy", "ay"]
 
 
@@ -33,7 +35,8 @@ def main(arguments):
     try:
         manifest = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         print(f"{folder}: {manifest['scenario']}, seed {manifest['seed']}, format {manifest['format']}")
-        for table in TABLES:
+        has_agents = (folder / "agents.parquet").exists()
+        for table in TABLES + (OF_AGENTS if has_agents else []):
             path = folder / f"{table}.parquet"
             if table in ["truth", "views"] and not path.exists():
                 print(f"{table}: taken out")
@@ -71,14 +74,24 @@ def check(table, path, counts):
         require(sum(name.startswith("cov_") for name in names) == 21, table, "lacks covariances")
         unknown = set(values["status"]) - {"cued", "held", "coasting"}
         require(not unknown, table, f"unknown status {unknown}")
+    if table in OF_AGENTS:
+        order = list(zip(values["time_us"], values["agent"]))
+        require(order == sorted(order), table, "is not in order of time and agent")
     page = (Path(__file__).parent.parent / "docs" / "record.md").read_text(encoding="utf-8")
-    told = page.split(f"## `{table}`")[1].split("\n## ")[0] + "`time_us` `time_s`"
+    told = sections(page, table) + "`time_us` `time_s`"
     untold = [name for name in names if f"`{name}`" not in told]
     require(not untold, table, f"has columns that docs/record.md does not tell of: {untold}")
     for name, column in columns:
         bad = [v for v in column if isinstance(v, float) and not math.isfinite(v)]
         require(not bad, table, f"{name} holds {bad[:3]}")
     return f"{table}: {rows} rows, {len(names)} columns, {path.stat().st_size} bytes"
+
+
+def sections(page, table):
+    """What the page tells of a table, and of the one whose columns it has, too."""
+    told = next(part for part in page.split("\n## ") if f"`{table}`" in part.split("\n")[0])
+    of = {"agent_tracks": "tracks", "agent_groups": "groups", "agent_events": "events"}.get(table)
+    return told + sections(page, of) if of else told
 
 
 def agreed(table, path):

@@ -779,7 +779,8 @@ class Run:
         """
         A table of the record.
 
-        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``.
+        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``; where several minds
+            flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_team``, too.
         :raises KeyError: there is no table of that name.
         """
     @property

@@ -22,7 +22,20 @@ use crate::table::Table;
 use crate::waiting::{listening, unless_interrupted};
 
 /// The tables of a record.
-const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "views", "events"];
+const TABLES: [&str; 12] = [
+    "uavs",
+    "truth",
+    "tracks",
+    "groups",
+    "detections",
+    "views",
+    "events",
+    "agents",
+    "agent_tracks",
+    "agent_groups",
+    "agent_events",
+    "agent_team",
+];
 
 /// A run in its folder: its record, and what it came to.
 ///
@@ -158,7 +171,7 @@ pub(crate) fn run(
         let work = move || {
             let goes_on = || !stopped.load(Ordering::Relaxed);
             let Some((law, asked)) = law.zip(asking) else {
-                let mission = Mission::new(&flight.scenario);
+                let mission = Mission::scored_by(&flight.scenario, flight.choice);
                 let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
                 return flight.fly(&mut mission, &stopped, goes_on);
             };
@@ -255,7 +268,8 @@ impl Run {
 
     /// A table of the record.
     ///
-    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``.
+    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``; where several minds
+    ///     flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_team``, too.
     /// :raises KeyError: there is no table of that name.
     fn table(this: &Bound<'_, Self>, name: &str) -> PyResult<Table> {
         if !TABLES.contains(&name) {

@@ -5,7 +5,10 @@ use std::path::Path;
 
 use super::rows::{At, TargetRow};
 use super::table::{Row, TableReader, file_of};
-use super::{EventRow, Frame, Manifest, Place, Record, TrackRow, TrackStatus, UavRow, Writer};
+use super::{
+    AgentEventRow, AgentRow, Agents, EventRow, Frame, Manifest, OfAgent, Place, Record, TeamRow, TrackRow, TrackStatus,
+    UavRow, Writer,
+};
 use crate::fuzz::{JSON, corpus, put, refused, run};
 
 /// A small record.
@@ -51,11 +54,28 @@ fn write(dir: &Path) {
         reason: "handed over".to_owned(),
         ..EventRow::default()
     };
+    let all = [0, 1].map(|agent| AgentRow {
+        agent,
+        committed_us: Some(-500_000),
+        disturbed: agent == 0,
+        sent_messages: 1,
+        sent_bytes: 1 << 40,
+        double_counted: None,
+    });
+    let (presence, heard_us, group, group_id) = (Some(standoff::Presence::Silent), Some(0), Some(1), Some(1 << 62));
+    let agents = Agents {
+        all: all.into(),
+        tracks: vec![OfAgent { agent: 1, row: track }],
+        groups: Vec::new(),
+        events: vec![AgentEventRow { agent: 0, provisional: true, event: event.clone() }],
+        team: vec![TeamRow { agent: 0, uav: 1, presence, heard_us, group, group_id }],
+    };
     let frame = |time_us| Frame {
         time_us,
         uavs: vec![uav, UavRow { uav: 1, ..uav }],
         tracks: vec![track],
         events: vec![event.clone()],
+        agents: agents.clone(),
         ..Frame::default()
     };
     let mut writer =
@@ -91,6 +111,8 @@ fn any_table_is_read_or_refused() {
         file_of::<At<TrackRow>>(&dir),
         file_of::<At<EventRow>>(&dir),
         file_of::<TargetRow>(&dir),
+        file_of::<At<AgentRow>>(&dir),
+        file_of::<At<TeamRow>>(&dir),
     ];
     let good: Vec<Vec<u8>> = files.iter().map(load).collect();
     run("table", 0.05, |choices| {
@@ -100,7 +122,9 @@ fn any_table_is_read_or_refused() {
             0 => read::<At<UavRow>>(&dir),
             1 => read::<At<TrackRow>>(&dir),
             2 => read::<At<EventRow>>(&dir),
-            _ => read::<TargetRow>(&dir),
+            3 => read::<TargetRow>(&dir),
+            4 => read::<At<AgentRow>>(&dir),
+            _ => read::<At<TeamRow>>(&dir),
         }
     });
 }
@@ -110,8 +134,13 @@ fn any_record_is_read_or_refused() {
     let home = tempfile::tempdir().unwrap();
     let dir = home.path().join("run");
     write(&dir);
-    let names = ["run.json", "scenario.toml", "uavs.parquet", "tracks.parquet", "events.parquet", "targets.parquet"];
-    let files: Vec<_> = names.iter().map(|name| dir.join(name)).collect();
+    let tables = ["uavs", "tracks", "events", "targets", "agents", "agent_tracks", "agent_events", "agent_team"];
+    let tables = tables.map(|table| format!("{table}.parquet"));
+    let files: Vec<_> = ["run.json", "scenario.toml"]
+        .into_iter()
+        .chain(tables.iter().map(String::as_str))
+        .map(|name| dir.join(name))
+        .collect();
     let good: Vec<Vec<u8>> = files.iter().map(|path| fs::read(path).unwrap()).collect();
     run("record", 0.05, |choices| {
         let which = choices.below(files.len());
