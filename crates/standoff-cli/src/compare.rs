@@ -8,6 +8,7 @@ use clap::Parser;
 use standoff_results::{Failure, of_batch, save, warn};
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{Template, built_in};
+use standoff_sim::score::Metrics;
 use standoff_sim::text;
 use standoff_view::batch::Batch;
 use standoff_view::page;
@@ -119,7 +120,10 @@ fn table(comparison: &Comparison) -> String {
     let width = name_width(metrics);
     text += format!("{:width$} {:>9} {:>9} {:>10}  {:^20}", "metric", "A", "B", "B - A", "95 % interval").trim_end();
     text += "\n";
-    for (name, paired) in metrics {
+    let is_measured = |paired: &Paired| paired.mean_a.or(paired.mean_b).is_some();
+    // Of one mind for all there is no agreement to tell of.
+    let told = metrics.iter().filter(|(name, of)| is_measured(of) || !Metrics::AGREEMENT.contains(&name.as_str()));
+    for (name, paired) in told {
         let interval =
             paired.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
         let line = format!(

@@ -9,6 +9,7 @@ use indicatif::ProgressBar;
 use standoff_results::{Failure, REPORT, count, of_batch, report, warn};
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::Template;
+use standoff_sim::score::Metrics;
 use standoff_sim::text;
 
 use crate::changes::Changes;
@@ -190,7 +191,9 @@ fn table(summary: &Summary, results: &Results) -> String {
         "{:width$} {:>6} {:>9}  {:^21} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
         "metric", "n", "mean", "95 % interval", "sd", "5 %", "median", "95 %", "max"
     );
-    for (name, s) in metrics {
+    // Of one mind for all there is no agreement to tell of.
+    let told = metrics.iter().filter(|(name, s)| s.n > 0 || !Metrics::AGREEMENT.contains(&name.as_str()));
+    for (name, s) in told {
         let interval = s.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
         text += &format!("{name:width$} {:>6} {:>9}  {interval:^21}", s.n, maybe(s.mean));
         for value in [s.sd, s.p5, s.p50, s.p95, s.max] {

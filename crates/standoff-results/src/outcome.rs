@@ -111,9 +111,10 @@ pub fn lines(metrics: &Chosen, settings: &Settings) -> Vec<Line> {
     let told = Metrics::ABOUT.iter().filter(|about| !untold(&about.name));
     let lines = told.filter_map(line);
     // That nothing manoeuvres, nothing was lost, or one mind knows for all, needs no row.
-    const NEED_NONE: [&str; 8] =
-        ["anees_", "refound_", "refind_", "crews_", "agreement_", "double_", "commit_", "bytes_"];
-    let needs_none = |metric: &str| NEED_NONE.iter().any(|start| metric.starts_with(start));
+    let needs_none = |metric: &str| {
+        ["anees_", "refound_", "refind_"].iter().any(|start| metric.starts_with(start))
+            || Metrics::AGREEMENT.contains(&metric)
+    };
     lines.filter(|line| line.value.is_some() || !needs_none(line.metric)).collect()
 }
 

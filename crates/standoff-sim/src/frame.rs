@@ -85,17 +85,21 @@ impl Agents {
     /// Brings what a brain wrote into the order and the soundness that scores and records count on.
     pub(crate) fn tidy(&mut self) {
         let Self { all, tracks, groups, events, team } = self;
-        all.sort_by_key(|row| row.agent);
-        all.dedup_by_key(|row| row.agent);
         tracks.retain(|of| of.row.is_finite());
-        tracks.sort_by_key(|of| (of.agent, of.row.target));
-        tracks.dedup_by_key(|of| (of.agent, of.row.target));
         groups.retain(|of| of.row.is_finite());
-        groups.sort_by_key(|of| (of.agent, of.row.group));
-        groups.dedup_by_key(|of| (of.agent, of.row.group));
+        put_in_order(all, |row| row.agent);
+        put_in_order(tracks, |of| (of.agent, of.row.target));
+        put_in_order(groups, |of| (of.agent, of.row.group));
+        put_in_order(team, |row| (row.agent, row.uav));
         events.sort_by_key(|row| row.agent);
-        team.sort_by_key(|row| (row.agent, row.uav));
-        team.dedup_by_key(|row| (row.agent, row.uav));
+    }
+}
+
+/// Sorts rows, of which the first of each key stays. Those that are in order, as most are, need no room for that.
+fn put_in_order<R, K: Ord>(rows: &mut Vec<R>, key: impl Fn(&R) -> K) {
+    if !rows.is_sorted_by(|one, next| key(one) < key(next)) {
+        rows.sort_by_key(&key);
+        rows.dedup_by_key(|row| key(row));
     }
 }
 
@@ -148,6 +152,8 @@ pub struct TeamRow {
 pub struct AgentEventRow {
     /// The UAV whose mind it is.
     pub agent: u32,
+    /// The instant at which it happened, by the mind's clock, microseconds.
+    pub happened_us: i64,
     /// It may still turn out otherwise.
     pub provisional: bool,
     /// What happened.
@@ -170,11 +176,9 @@ impl Beliefs<'_> {
     /// Brings what a foreign brain wrote into the order and the soundness that scores and records count on.
     pub(crate) fn tidy(&mut self) {
         self.tracks.retain(TrackRow::is_finite);
-        self.tracks.sort_by_key(|row| row.target);
-        self.tracks.dedup_by_key(|row| row.target);
+        put_in_order(self.tracks, |row| row.target);
         self.groups.retain(GroupRow::is_finite);
-        self.groups.sort_by_key(|row| row.group);
-        self.groups.dedup_by_key(|row| row.group);
+        put_in_order(self.groups, |row| row.group);
     }
 }
 

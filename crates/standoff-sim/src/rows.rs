@@ -140,7 +140,9 @@ pub(crate) fn own(agent: &Agent, double_counted: Option<bool>, agents: &mut Agen
     tracks(picture, |row| agents.tracks.push(OfAgent { agent: by, row }));
     groups(picture, |row| agents.groups.push(OfAgent { agent: by, row }));
     for (picture, provisional) in agent.told() {
-        let rows = picture.events.iter().map(|of| AgentEventRow { agent: by, provisional, event: event(of, picture) });
+        let happened_us = picture.time.us();
+        let row = |of| AgentEventRow { agent: by, happened_us, provisional, event: event(of, picture) };
+        let rows = picture.events.iter().map(row);
         agents.events.extend(rows);
     }
     let row = |uav: UavId, presence| {

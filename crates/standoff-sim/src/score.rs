@@ -34,7 +34,6 @@ use true_orbits::TrueOrbits;
 
 pub use bound::Bound as PositionBound;
 pub use judged::{Custody, Judge, Judged};
-use metrics::AGREEMENT;
 pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
 pub use rules::Rules;
 pub use tally::TargetScore;
@@ -93,7 +92,7 @@ impl Wanted {
             calm: choice.wants(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
             coverage: choice.wants(&["uncovered_fraction"]),
             events: choice.wants(&["handoffs", "discards"]),
-            agreement: choice.wants(AGREEMENT),
+            agreement: choice.wants(Metrics::AGREEMENT),
         }
     }
 }

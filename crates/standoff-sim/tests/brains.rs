@@ -10,8 +10,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use standoff::{Command, LookAt, Message, Position, Scan, Step, Time, UavId, UavState, Velocity};
-use standoff_sim::brain::{Beliefs, Brain, Place, Reported, TrackRow, TrackStatus};
-use standoff_sim::record::{Agents, Frame};
+use standoff_sim::brain::{AgentRow, Agents, Beliefs, Brain, OfAgent, Place, Reported, TeamRow, TrackRow, TrackStatus};
+use standoff_sim::record::Frame;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{BUILT_IN, Edits, Minds, Scenario};
 use standoff_sim::score::{Choice, Metrics, Scorer};
@@ -227,4 +227,53 @@ fn no_brain_flies_a_uav_beyond_its_limits_or_breaks_a_frame() {
     let metrics = scored(&scenario, Box::new(Wild));
     assert!(metrics.position_error_all_m.is_some_and(f64::is_finite) && metrics.watched_fraction.is_none());
     assert_eq!(metrics.handoffs, Some(0));
+}
+
+/// Tells of two minds what is out of order, twice there or no number; and of one whose UAV has sent nothing.
+struct Untidy;
+
+impl Brain for Untidy {
+    fn observe(&mut self, _: Time, _: UavId, _: &UavState, _: Option<Scan>) {}
+    fn hear(&mut self, _: UavId, _: &Message) {}
+    fn decide(&mut self, _: UavId) -> Step {
+        Step::of(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 })
+    }
+    fn report_each(&self, agents: &mut Agents) {
+        let (committed_us, double_counted) = (None, None);
+        let (sent_messages, sent_bytes) = (7, 7);
+        let mind =
+            |agent| AgentRow { agent, committed_us, disturbed: false, sent_messages, sent_bytes, double_counted };
+        agents.all.extend([1, 0, 1].map(mind));
+        let track = |target, x_m| TrackRow {
+            target,
+            track: target,
+            status: TrackStatus::Held,
+            place: Place::Unassigned,
+            group: None,
+            to_group: None,
+            state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0],
+            covariance: [1.0; 21],
+        };
+        let tracks = [(1, 0, 1.0), (0, 1, f64::NAN), (0, 0, 2.0), (0, 0, 3.0)];
+        agents.tracks.extend(tracks.map(|(agent, target, x_m)| OfAgent { agent, row: track(target, x_m) }));
+        let (presence, heard_us, group) = (None, None, Some(0));
+        let mate = |(agent, uav)| TeamRow { agent, uav, presence, heard_us, group, group_id: Some(u64::from(agent)) };
+        agents.team.extend([(1, 1), (1, 0), (0, 1), (0, 0), (0, 1)].map(mate));
+    }
+}
+
+/// What foreign minds tell is brought into order, and how much their UAVs sent is the radio's to say.
+#[test]
+fn minds_of_a_foreign_brain_are_recorded_and_scored() {
+    let scenario = load("paper/table-2-pair", &[], 1);
+    let mut mission = Mission::with_brain(&scenario, Untidy).unwrap();
+    let agents = mission.frame().unwrap().agents.clone();
+    let minds: Vec<_> = agents.all.iter().map(|row| (row.agent, row.sent_messages, row.sent_bytes)).collect();
+    assert_eq!(minds, [(0, 0, 0), (1, 0, 0)]);
+    let tracks: Vec<_> = agents.tracks.iter().map(|of| (of.agent, of.row.target, of.row.state[0])).collect();
+    assert_eq!(tracks, [(0, 0, 2.0), (1, 0, 1.0)]);
+    let team: Vec<_> = agents.team.iter().map(|row| (row.agent, row.uav)).collect();
+    assert_eq!(team, [(0, 0), (0, 1), (1, 0), (1, 1)]);
+    let metrics = Mission::with_brain(&scenario, Untidy).unwrap().scored_while(Choice::standard(), || true);
+    assert_eq!((metrics.crews_differ_fraction, metrics.bytes_per_s), (Some(1.0), Some(0.0)));
 }

@@ -1019,6 +1019,7 @@ fn of_minds(instant: u32, uavs: u32, targets: u32) -> Frame {
         let provisional = agent == 1;
         agents.events.extend(frame.events.iter().map(|event| AgentEventRow {
             agent,
+            happened_us: -frame.time_us,
             provisional,
             event: event.clone(),
         }));

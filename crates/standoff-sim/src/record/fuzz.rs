@@ -67,7 +67,7 @@ fn write(dir: &Path) {
         all: all.into(),
         tracks: vec![OfAgent { agent: 1, row: track }],
         groups: Vec::new(),
-        events: vec![AgentEventRow { agent: 0, provisional: true, event: event.clone() }],
+        events: vec![AgentEventRow { agent: 0, happened_us: -1, provisional: true, event: event.clone() }],
         team: vec![TeamRow { agent: 0, uav: 1, presence, heard_us, group, group_id }],
     };
     let frame = |time_us| Frame {

@@ -179,6 +179,7 @@ impl Row for AgentEventRow {
     fn columns() -> Vec<Column> {
         let mut columns = Vec::new();
         u32::declare("agent", &mut columns);
+        i64::declare("happened_us", &mut columns);
         bool::declare("provisional", &mut columns);
         columns.extend(EventRow::columns());
         columns
@@ -186,12 +187,18 @@ impl Row for AgentEventRow {
 
     fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
         self.agent.put(cells)?;
+        self.happened_us.put(cells)?;
         self.provisional.put(cells)?;
         self.event.put(cells)
     }
 
     fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        Ok(Self { agent: Field::get(cells)?, provisional: Field::get(cells)?, event: EventRow::get(cells)? })
+        Ok(Self {
+            agent: Field::get(cells)?,
+            happened_us: Field::get(cells)?,
+            provisional: Field::get(cells)?,
+            event: EventRow::get(cells)?,
+        })
     }
 }
 

@@ -124,11 +124,12 @@ mod tests {
     use crate::frame::OfAgent;
     use crate::score::fixtures::{track_row, truth_row, uav_row};
 
-    /// Two minds over two targets: by each, which group each UAV serves, and in which groups the targets are.
-    type Minds = [(u32, [Option<u64>; 2], [Option<u64>; 2]); 2];
+    /// A mind: whose, which group each of two UAVs serves, and in which group each of two targets is.
+    type Mind = (u32, [Option<u64>; 2], [Option<u64>; 2]);
+    type Minds = [Mind; 2];
 
     /// So many seconds after the start. A group's number in a picture is one less than its id.
-    fn frame(time_s: i64, minds: &[(u32, [Option<u64>; 2], [Option<u64>; 2])]) -> Frame {
+    fn frame(time_s: i64, minds: &[Mind]) -> Frame {
         let mut frame = Frame { time_us: time_s * 1_000_000, ..Frame::default() };
         frame.uavs.extend((0..2).map(uav_row));
         frame.truth.extend((0..2).map(|target| truth_row(target, 0.0, 0.0)));

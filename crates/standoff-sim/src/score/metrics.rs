@@ -250,6 +250,18 @@ impl Metrics {
         Self::NAMES.iter().position(|known| *known == name).and_then(|index| self.values()[index])
     }
 
+    /// What is told of several minds; of one for all there is nothing.
+    pub const AGREEMENT: &'static [&'static str] = &[
+        "crews_differ_fraction",
+        "agreement_delay_s",
+        "double_served_fraction",
+        "commit_lag_s",
+        "commit_lag_max_s",
+        "bytes_per_s",
+        "bytes_max_per_s",
+        "double_count",
+    ];
+
     /// Ratios that are pooled over runs, as the root of the ratio of two means over all runs: ratio, numerator,
     /// denominator. Choosing the ratio chooses all three.
     pub const POOLED: [(&'static str, &'static str, &'static str); 2] = [
@@ -290,18 +302,6 @@ const LIMITS: &[&str] = &[
     "position_bound_m2",
     "velocity_squared_error_m2_s2",
     "velocity_bound_m2_s2",
-];
-
-/// What is told of several minds, and of nothing else.
-pub(super) const AGREEMENT: &[&str] = &[
-    "crews_differ_fraction",
-    "agreement_delay_s",
-    "double_served_fraction",
-    "commit_lag_s",
-    "commit_lag_max_s",
-    "bytes_per_s",
-    "bytes_max_per_s",
-    "double_count",
 ];
 
 /// What is worked out beside every mind, for as much work again, and only where asked for.
