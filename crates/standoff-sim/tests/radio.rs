@@ -12,9 +12,11 @@ use standoff::{
 };
 use standoff_sim::brain::{Beliefs, Brain, Reported, of_team};
 use standoff_sim::radio::Sent;
-use standoff_sim::record::Frame;
+use standoff_sim::record::{Frame, Manifest, Record, Writer};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Edits, Minds, Scenario, Template};
+use standoff_sim::scenario::{Edits, Minds, Scenario, Settings, Template};
+use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+use standoff_sim::world::World;
 
 fn template(text: &str) -> Result<Template, String> {
     Template::of_toml("mine", text, &Edits::default(), Path::new("")).map_err(|error| error.to_string())
@@ -685,4 +687,53 @@ fn what_is_wrong_with_a_fault_is_told_at_its_key() {
         "uavs.clock.0.drift_ppm = -1000000: must be at least -100000 and at most 100000",
     );
     wrong("clock = [{ uav = 1 }, { uav = 1 }]", "uavs.clock.1.uav = 1: has a clock already; a UAV has one");
+}
+
+/// From a record the same scores follow as in flight, those of what each mind believes, too; and when the last fault ends.
+#[test]
+fn a_record_of_several_minds_gives_the_scores_of_the_flight() {
+    let faults = "duration_s = 60
+        [radio]
+        loss = 0.2
+        [[radio.partition]]
+        until_s = 30.0
+        sides = [[0], [1, 2]]
+        [[radio.partition]]
+        from_s = 40.0
+        until_s = 70.0
+        sides = [[0, 1, 2]]
+        [[uavs.restart]]
+        uav = 1
+        at_s = 35.0
+        down_s = 5.0
+        [[targets.at]]
+        [[targets.at]]
+        x_m = 900.0
+        ";
+    let scenario = scenario(&format!("uavs.count = 3\nuavs.start_late_s = {{ uniform = [0, 5] }}\n{faults}"));
+    assert_eq!(scenario.settings.faults_end_s, Some(40.0), "what ends after the mission does not count");
+    let choice = Choice::parse("all").unwrap();
+    let mut mission = Mission::scored_by(&scenario, choice).unwrap();
+    let home = tempfile::tempdir().unwrap();
+    let dir = home.path().join("run");
+    let (duration_s, period_s) = (scenario.settings.duration.s(), scenario.settings.period.s());
+    let manifest = Manifest::new("mine", 1, duration_s, period_s);
+    let mut writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &World::names(&scenario)).unwrap();
+    let mut flown = Scorer::new(mission.rules(), choice);
+    while let Some(frame) = mission.frame() {
+        flown.frame(frame);
+        writer.frame(frame).unwrap();
+    }
+    writer.finish().unwrap();
+    let record = Record::open(&dir).unwrap();
+    let settings = Settings::of_record("mine", record.scenario_toml()).unwrap();
+    let mut read = Scorer::new(Rules::of(&settings), choice);
+    record.frames().unwrap().for_each(|frame| read.frame(&frame.unwrap()));
+    assert_eq!(flown.metrics(), read.metrics());
+    let Metrics { crews_differ_fraction, agreement_delay_s, double_count, bytes_per_s, .. } = read.metrics();
+    assert!(crews_differ_fraction > Some(0.0) && agreement_delay_s.is_some() && bytes_per_s > Some(0.0));
+    assert_eq!(double_count, Some(0));
+    // Of faults that do not end, and of none, nothing can be told.
+    assert_eq!(team(2, "radio.loss = 0.1").settings.faults_end_s, None);
+    assert_eq!(team(2, "radio = { loss = 0.1, until_s = 99 }").settings.faults_end_s, Some(99.0));
 }
