@@ -174,8 +174,13 @@ mod tests {
         let agreement = after((0..).zip(flown).map(|(time_s, minds)| frame(time_s, minds)));
         assert_eq!(agreement.differ.value(), Some(0.5));
         // Another id is another group, whatever its number; who serves none is as good as one not told of.
-        let renamed = [ALIKE[0], (1, [Some(1), Some(3)], [Some(1), Some(2)])];
-        assert_eq!(after([frame(0, &renamed)]).differ.value(), Some(1.0));
+        let renamed = |group, group_id| {
+            let mut frame = frame(0, &ALIKE);
+            let row = frame.agents.team.last_mut().unwrap();
+            (row.group, row.group_id) = (Some(group), Some(group_id));
+            after([frame]).differ.value()
+        };
+        assert_eq!((renamed(1, 3), renamed(5, 2)), (Some(1.0), Some(0.0)));
         let mut told = frame(0, &[(0, [Some(1), None], [None; 2]), (1, [Some(1), None], [None; 2])]);
         told.agents.team.pop();
         assert_eq!(after([told]).differ.value(), Some(0.0));
