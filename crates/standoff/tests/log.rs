@@ -4,10 +4,10 @@
 
 mod common;
 
-use common::{Draw, Team};
+use common::Team;
+use common::radio::{PERIOD, Radio, Truth};
+use proptest::prelude::*;
 use standoff::*;
-
-const PERIOD: Duration = Duration::from_us(500_000);
 
 /// How many periods ago what each agent has committed was; `None`: nothing yet.
 fn committed_ago(team: &Team) -> Vec<Option<i64>> {
@@ -126,65 +126,69 @@ fn who_was_deaf_for_a_while_commits_again_with_the_others() {
     }
 }
 
-/// Flies a team of three whose words are lost, late and said twice, all drawn from a seed, and in the end for a while not;
-/// every picture that anybody has committed is that of a fleet that has heard all at once.
-fn committed_pictures_are_those_of_a_fleet(seed: u64, loss: f64) {
-    let mut draw = Draw(seed);
-    let mut chance = |of: f64| draw.next() < 2.0 * of - 1.0;
-    let mut team = Team::new(3, 5);
-    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
-    let (mut digests, mut under_way) = (Vec::new(), Vec::<(i64, usize, Message)>::new());
-    let mut compared = 0;
-    for tick in 0..120 {
-        let (now, scans, said) = team.speak(tick);
-        let observed = fleet.observe(now, UavId(0), &team.states[0], None);
-        for message in &said {
-            match message {
-                Message::Report(report) if report.time == now => fleet.hear(&observed, message),
-                Message::Cue(cue) if cue.said == now => fleet.hear(&observed, message),
-                _ => {}
-            }
-        }
-        let _ = fleet.decide(&observed);
-        digests.push(fleet.picture().digest());
-        for message in said {
-            for to in 0..3 {
-                // A cue that nobody hears was never said; nor need it be waited for where nobody hears it in time.
-                let is_for_sure =
-                    tick >= 80 || matches!(&message, Message::Cue(cue) if usize::from(cue.number) % 3 == to);
-                if is_for_sure || !chance(loss) {
-                    let late = if !is_for_sure { i64::from(chance(0.3)) + 2 * i64::from(chance(0.1)) } else { 0 };
-                    under_way.push((tick + late, to, message.clone()));
-                    chance(0.1).then(|| under_way.push((tick + 5, to, message.clone())));
-                }
-            }
-        }
-        let (heard, later): (Vec<_>, _) = under_way.into_iter().partition(|(at, ..)| *at <= tick);
-        under_way = later;
-        team.decide_each(now, &scans, |index| {
-            let mine = heard.iter().filter(|(_, to, _)| *to == index);
-            mine.map(|(_, _, message)| message.clone()).collect()
-        });
-        for agent in &team.agents {
-            let (Some(at), Some(picture)) = (agent.committed_at(), agent.committed()) else { continue };
-            if picture.time == at {
-                let instant = (at.us() / PERIOD.us()) as usize;
-                assert_eq!(picture.digest(), digests[instant], "{seed}: UAV {:?} at {tick} of {instant}", agent.id());
-                compared += 1;
-            }
-        }
-    }
-    assert!(compared > 150, "{seed}: {compared}");
-    assert_eq!(committed_ago(&team), [Some(2); 3], "{seed}");
-    assert!(team.agents.iter().all(|agent| agent.picture().digest() == digests[119]), "{seed}");
+/// What may happen to a team's words: so many UAVs and targets, losses, delays, words heard twice, one who hears nothing of
+/// another; all until the faults end.
+#[derive(Debug, Clone)]
+struct Faults {
+    seed: u64,
+    uavs: u32,
+    targets: u32,
+    loss: f64,
+    late_max: i64,
+    twice: f64,
+    deaf: Option<(usize, usize)>,
+    until: i64,
 }
 
-#[test]
-fn all_commit_to_the_same_whatever_is_lost_or_late() {
-    for seed in 1..40 {
-        committed_pictures_are_those_of_a_fleet(
-            u64::wrapping_mul(seed, 0x9E37_79B9_7F4A_7C15),
-            [0.0, 0.2, 0.5][seed as usize % 3],
-        );
+prop_compose! {
+    fn any_faults()(
+        seed in any::<u64>(),
+        uavs in 2..5u32,
+        targets in 3..7u32,
+        loss in prop_oneof![Just(0.0), 0.0..0.6f64],
+        late_max in 0..6i64,
+        twice in 0.0..0.3f64,
+        deaf in proptest::option::weighted(0.3, (0..4usize, 0..4usize)),
+        until in 20..45i64,
+    ) -> Faults {
+        Faults { seed, uavs, targets, loss, late_max, twice, deaf, until }
+    }
+}
+
+/// Whatever is missing by then has been said again so many periods after the faults have ended.
+const REPAIRED_AFTER: i64 = 25;
+
+/// 60, or more if `PROPTEST_CASES` says so.
+fn cases() -> u32 {
+    std::env::var("PROPTEST_CASES").map_or(60, |cases| cases.parse().unwrap())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
+    /// Whatever is lost, late, said twice or out of order: every picture that anybody has committed is that of a fleet that
+    /// has heard all at once, to the bit; and soon after the faults have ended all have caught up.
+    #[test]
+    fn all_commit_to_the_same_whatever_is_lost_or_late(faults in any_faults()) {
+        let mut params = TeamParams::table_1();
+        // So that repairs need not wait.
+        params.log.repair_bytes_per_s = 20_000.0;
+        let mut team = Team::of(faults.uavs, faults.targets, params);
+        let (mut radio, mut truth) = (Radio::new(faults.seed), Truth::new(params));
+        (radio.loss, radio.late_max, radio.twice) = (faults.loss, faults.late_max, faults.twice);
+        for tick in 0..faults.until + REPAIRED_AFTER {
+            if tick == 1 {
+                radio.deaf.extend(faults.deaf);
+            }
+            if tick == faults.until {
+                radio.heal();
+            }
+            let said = team.tick_over(tick, &mut radio);
+            truth.hear(Time::from_us(tick * PERIOD.us()), &said);
+            for agent in &team.agents {
+                prop_assert!(agent.committed().is_none_or(|picture| truth.is(picture)), "{:?} at {tick}", agent.id());
+            }
+        }
+        prop_assert_eq!(committed_ago(&team), vec![Some(2); team.agents.len()]);
+        prop_assert!(team.agents.iter().all(|agent| truth.is(agent.picture())));
     }
 }

@@ -8,6 +8,8 @@
     reason = "a module shared by test binaries"
 )]
 
+pub mod radio;
+
 use standoff::*;
 
 /// Numbers in [-1, 1) without a pattern: xorshift.
@@ -39,6 +41,8 @@ pub struct Team {
     motion: Motion,
     /// UAVs that are silent: their sensors and transmitters are off.
     pub silent: Vec<UavId>,
+    /// The places of UAVs whose computers are off.
+    pub off: Vec<usize>,
 }
 
 /// What one sensor said: boresight and detections.
@@ -90,6 +94,11 @@ pub fn observe_all(
 impl Team {
     /// UAVs on a ring of 450 m about the targets' start.
     pub fn new(uavs: u32, targets: u32) -> Self {
+        Self::of(uavs, targets, TeamParams::table_1())
+    }
+
+    /// The same, of other parameters.
+    pub fn of(uavs: u32, targets: u32, params: TeamParams) -> Self {
         let states = (0..uavs).map(|id| {
             let phase = Angle::from_deg(75.0 * f64::from(id));
             UavState {
@@ -100,7 +109,7 @@ impl Team {
             }
         });
         Self {
-            agents: (0..uavs).map(|id| Agent::new(UavId(id), TeamParams::table_1()).unwrap()).collect(),
+            agents: (0..uavs).map(|id| Agent::new(UavId(id), params).unwrap()).collect(),
             states: states.collect(),
             look_at: vec![None; uavs as usize],
             commands: vec![Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }; uavs as usize],
@@ -112,6 +121,7 @@ impl Team {
                 Some((Position::ORIGIN + start + velocity * now.s(), velocity))
             },
             silent: Vec::new(),
+            off: Vec::new(),
         }
     }
 
@@ -122,16 +132,27 @@ impl Team {
 
     /// The instant, every sensor's scan, and everything said: cues of targets that appear, then what all UAVs say.
     pub fn speak(&mut self, tick: i64) -> (Time, Vec<OwnedScan>, Vec<Message>) {
+        let (now, mut inbox, scans) = self.look(tick);
+        for ((agent, state), scan) in self.agents.iter().zip(&self.states).zip(&scans) {
+            if !self.silent.contains(&agent.id()) {
+                inbox.extend(said(agent, now, state, scan_of(scan)));
+            }
+        }
+        (now, scans, inbox)
+    }
+
+    /// The instant, cues of targets that appear, and every sensor's scan.
+    fn look(&mut self, tick: i64) -> (Time, Vec<Message>, Vec<OwnedScan>) {
         let now = Time::from_us(tick * 500_000);
         let sensor = TeamParams::table_1().track.sensor;
-        let mut inbox: Vec<Message> = Vec::new();
+        let mut cues = Vec::new();
         for id in 0..self.targets {
             let Some((position, velocity)) = (self.motion)(id, now).filter(|_| !self.cued[id as usize]) else {
                 continue;
             };
             let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
             let label = TargetLabel(id);
-            inbox.push(Message::Cue(Cue {
+            cues.push(Message::Cue(Cue {
                 searcher: 0,
                 said: now,
                 number: label.0 as u16,
@@ -144,9 +165,8 @@ impl Team {
             }));
             self.cued[id as usize] = true;
         }
-        let mut scans = Vec::new();
-        for (index, state) in self.states.iter().enumerate() {
-            let boresight = self.look_at[index].map(|look| look.boresight(state.position, Duration::from_s(0.5)));
+        let scan = |(state, look_at): (&UavState, &Option<LookAt>)| {
+            let boresight = look_at.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
             let mut detections = Vec::new();
             for id in 0..self.targets {
                 let Some((position, _)) = (self.motion)(id, now) else { continue };
@@ -155,13 +175,9 @@ impl Team {
                     detections.push(Detection { label: TargetLabel(id), measurement });
                 }
             }
-            let scan = Scan { boresight, detections: &detections };
-            if !self.silent.contains(&self.agents[index].id()) {
-                inbox.extend(said(&self.agents[index], now, state, scan));
-            }
-            scans.push((boresight, detections));
-        }
-        (now, scans, inbox)
+            (boresight, detections)
+        };
+        (now, cues, self.states.iter().zip(&self.look_at).map(scan).collect())
     }
 
     /// Carries the UAVs on by one period under the commands of the last step.
