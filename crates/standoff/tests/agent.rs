@@ -105,6 +105,7 @@ fn an_instant_is_observed_once() {
 fn an_instant_that_is_not_decided_is_not_forgotten() {
     let mut team = Team::new(2, 4);
     let mut agents = [team.agents[0].clone(), team.agents[0].clone()];
+    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
     for tick in 0..60 {
         let (now, scans, inbox) = team.speak(tick);
         let own = team.states[0];
@@ -118,9 +119,14 @@ fn an_instant_that_is_not_decided_is_not_forgotten() {
                 assert_eq!(agent.picture().time, now);
             }
         }
+        // The same of a fleet.
+        let observed = observe_all(&mut fleet, now, &team.states, &scans, &inbox);
         team.decide(now, &scans, &inbox);
         if tick % 7 <= 4 {
-            assert_eq!(format!("{:?}", agents[1].picture()), format!("{:?}", agents[0].picture()), "tick {tick}");
+            fleet.decide(&observed[0]);
+            for picture in [agents[1].picture(), fleet.picture()] {
+                assert_eq!(format!("{picture:?}"), format!("{:?}", agents[0].picture()), "tick {tick}");
+            }
         }
     }
 }

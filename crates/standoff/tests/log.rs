@@ -182,7 +182,7 @@ proptest! {
             if tick == faults.until {
                 radio.heal();
             }
-            let said = team.tick_over(tick, &mut radio);
+            let said = team.tick_over(tick, &mut radio).said;
             truth.hear(Time::from_us(tick * PERIOD.us()), &said);
             for agent in &team.agents {
                 prop_assert!(agent.committed().is_none_or(|picture| truth.is(picture)), "{:?} at {tick}", agent.id());

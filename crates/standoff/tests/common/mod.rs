@@ -13,6 +13,7 @@ pub mod radio;
 use standoff::*;
 
 /// Numbers in [-1, 1) without a pattern: xorshift.
+#[derive(Clone)]
 pub struct Draw(pub u64);
 
 impl Draw {
@@ -29,6 +30,7 @@ impl Draw {
 pub type Motion = fn(u32, Time) -> Option<(Position, Velocity)>;
 
 /// A team of UAVs and the targets below it.
+#[derive(Clone)]
 pub struct Team {
     /// The brains.
     pub agents: Vec<Agent>,

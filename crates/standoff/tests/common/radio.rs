@@ -6,6 +6,7 @@ use standoff::*;
 use super::{Draw, Team, scan_of};
 
 /// Carries what a team says.
+#[derive(Clone)]
 pub struct Radio {
     draw: Draw,
     /// The part of the words that goes missing, for each hearer by itself; 0 to 1.
@@ -72,13 +73,13 @@ impl Radio {
 }
 
 impl Team {
-    /// One whole tick over a radio; what all have said. Of each cue one that is on hears at once: what nobody hears was never
+    /// One whole tick over a radio; what all have said, and what each has heard. Of each cue one that is on hears at once: what nobody hears was never
     /// said. Whose computer is off flies on, unseeing and unheard.
-    pub fn tick_over(&mut self, tick: i64, radio: &mut Radio) -> Vec<Message> {
+    pub fn tick_over(&mut self, tick: i64, radio: &mut Radio) -> Words {
         let (now, cues, scans) = self.look(tick);
         let on: Vec<usize> = (0..self.agents.len()).filter(|index| !self.off.contains(index)).collect();
         let mut observed = Vec::new();
-        let mut said = Vec::new();
+        let (mut said, mut heard) = (Vec::new(), Vec::new());
         for &index in &on {
             let agent = &mut self.agents[index];
             let scan = Some(scan_of(&scans[index])).filter(|_| !self.silent.contains(&agent.id()));
@@ -99,13 +100,20 @@ impl Team {
         for (index, observation) in observed {
             for message in radio.heard(tick, index) {
                 self.agents[index].hear(&observation, &message);
+                heard.push((index, message));
             }
             let step = self.agents[index].decide(&observation);
             (self.commands[index], self.look_at[index]) = (step.command, step.look_at);
         }
         self.fly(now);
-        said
+        Words { said, heard }
     }
+}
+
+/// What was said at an instant, by whomever, and who has heard what.
+pub struct Words {
+    pub said: Vec<Message>,
+    pub heard: Vec<(usize, Message)>,
 }
 
 /// What a fleet knows that hears every word at once, instant by instant.
