@@ -39,20 +39,18 @@ impl Peer {
         Self { uav, first, newest, left_at: None, knows_at, knowledge: Knowledge::default() }
     }
 
-    /// It has spoken of an instant.
+    /// It has spoken of an instant: if it had left, it is back.
     pub(crate) fn spoke(&mut self, instant: i64) {
         self.first = self.first.min(instant);
         self.newest = self.newest.max(instant);
+        self.left_at = self.left_at.filter(|left_at| instant <= *left_at);
     }
 
-    /// Its report of an instant was heard.
+    /// Its report of an instant was heard. That it left before it spoke again is over.
     pub(crate) fn hear(&mut self, instant: i64, leaves: bool) {
         self.spoke(instant);
-        match self.left_at {
-            None if leaves => self.left_at = Some(instant),
-            // It is back.
-            Some(left_at) if instant > left_at && !leaves => self.left_at = None,
-            _ => {}
+        if leaves && instant == self.newest {
+            self.left_at = Some(instant);
         }
     }
 

@@ -144,6 +144,14 @@ fn who_is_silent_is_there_for_the_lease_and_who_has_left_is_not() {
     }
     log.hear_report(&report(2, 20), 20, -1);
     assert_eq!(presence(&log, 20)[1], (2, Presence::Live));
+    // What it said before it came back is said again: it does not leave once more.
+    log.hear_report(&Report { leaves: true, ..report(2, 15) }, 20, -1);
+    assert_eq!(presence(&log, 20)[1], (2, Presence::Live));
+    // Others have heard it again.
+    log.hear_report(&Report { leaves: true, ..report(2, 21) }, 21, -1);
+    assert_eq!(presence(&log, 21)[1], left);
+    log.hear_report(&telling_of(1, 24, vec![Held { speaker: Speaker::Uav(UavId(2)), from: 10, to: 23 }]), 24, -1);
+    assert_eq!(presence(&log, 24)[1], (2, Presence::Live));
 }
 
 #[test]
