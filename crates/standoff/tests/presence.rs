@@ -45,6 +45,7 @@ fn all_faults(uavs: usize) -> Vec<Fault> {
 #[derive(Debug, Clone, Copy)]
 struct Heard {
     newest: i64,
+    /// The last instant of which it said that it leaves.
     left: Option<i64>,
 }
 
@@ -71,7 +72,7 @@ impl Ear {
     fn hear(&mut self, report: &Report) {
         let at = instant(report.time);
         let heard = self.spoke(report.uav, at);
-        heard.left = if report.leaves { Some(at) } else { heard.left };
+        heard.left = heard.left.max(report.leaves.then_some(at));
         let told_at = self.told_at.get(&report.uav).is_some_and(|told_at| *told_at >= at);
         let Some(knowledge) = report.knowledge.as_deref().filter(|_| !told_at) else { return };
         self.told_at.insert(report.uav, at);
@@ -170,15 +171,13 @@ impl Flight {
         let is_silent = |uav: &u32| self.silent_until[*uav as usize] > self.tick;
         self.team.silent = (0..self.ears.len() as u32).filter(is_silent).map(UavId).collect();
         let Words { said, heard } = self.team.tick_over(self.tick, &mut self.radio);
-        // What it says it has heard, too; and what others say again of it is no news.
         for message in &said {
             if let Message::Report(report) = message
                 && instant(report.time) == self.tick
             {
-                self.ears[report.uav.0 as usize].spoke(report.uav, self.tick);
-                self.ears[report.uav.0 as usize].of.entry(report.uav).and_modify(|own| {
-                    own.left = report.leaves.then_some(self.tick);
-                });
+                // What it holds it knows without being told.
+                let own = Report { knowledge: None, ..report.clone() };
+                self.ears[report.uav.0 as usize].hear(&own);
             }
         }
         for (index, message) in &heard {
@@ -224,7 +223,9 @@ impl Flight {
         for index in &on {
             let picture = self.team.agents[*index].picture();
             let crew: Vec<_> = picture.crew.iter().map(|duty| duty.uav.0 as usize).collect();
-            assert_eq!(crew, on, "{:?}: UAV {index}", self.faults);
+            // Who has started anew while nobody could tell of them knows of no targets.
+            let is_serving = !picture.known().is_empty();
+            assert_eq!(crew, if is_serving { &on[..] } else { &[] }, "{:?}: UAV {index}", self.faults);
         }
     }
 
