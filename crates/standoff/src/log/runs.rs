@@ -64,7 +64,8 @@ impl Runs {
             let skipped = others.partition_point(|other| other.to < next);
             for other in others[skipped..].iter().take_while(|other| other.from <= last) {
                 (next..other.from).for_each(&mut tell);
-                next = other.to + 1;
+                // There may be none after it: what others tell may be anything.
+                next = other.to.saturating_add(1);
             }
             (next..=last).for_each(&mut tell);
         }
@@ -127,5 +128,19 @@ mod tests {
             let expected: Vec<i64> = set.difference(&other).copied().filter(|number| (10..=50).contains(number)).collect();
             prop_assert_eq!(told, expected);
         }
+    }
+
+    #[test]
+    fn what_others_tell_to_hold_may_go_on_for_ever() {
+        let mut runs = Runs::default();
+        (3..9).for_each(|number| runs.add(number));
+        let without = |from, to| {
+            let mut told = Vec::new();
+            let speaker = Speaker::Uav(crate::uav::UavId(0));
+            runs.without(&[Held { speaker, from, to }], (i64::MIN, i64::MAX), |number| told.push(number));
+            told
+        };
+        assert_eq!((without(5, i64::MAX), without(i64::MIN, 6)), (vec![3, 4], vec![7, 8]));
+        assert_eq!((without(i64::MIN, i64::MAX), without(i64::MAX, i64::MAX).len()), (vec![], 6));
     }
 }
