@@ -324,6 +324,39 @@ proptest! {
     }
 }
 
+/// Bytes that are not those of the picture that was told of are not believed, whatever else they are.
+#[test]
+fn a_picture_that_is_not_the_one_that_was_told_of_is_refused() {
+    let (bytes, from, now) = TOLD.with(|told| (told.0.clone(), told.1.clone(), told.2));
+    let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
+    let picture: Picture = postcard::from_bytes(&bytes).unwrap();
+    let stamp = Stamp { time: picture.time, digest: picture.digest() };
+    let mut other = picture;
+    other.groups[0].altitude_m += 1.0;
+    let other = postcard::to_allocvec(&other).unwrap();
+    for (bytes, is_believed) in [(bytes, true), (other, false)] {
+        let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
+        let mut refused = 0;
+        for tick in 0..4i64 {
+            let now = now + Duration::from_us(tick * PERIOD_US);
+            let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
+            let knowledge = report.knowledge.get_or_insert_default();
+            (knowledge.since, knowledge.stamp) = (Time::START, stamp);
+            let observation = agent.observe(now, &own, Some(Scan::default()));
+            agent.hear(&observation, &Message::Report(report));
+            let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
+            let count = parts.len() as u16;
+            for (index, part) in (0..).zip(parts) {
+                let (uav, since) = (UavId(0), Time::START);
+                let part = SnapshotPart { uav, since, stamp, index, count, bytes: part.to_vec() };
+                agent.hear(&observation, &Message::Snapshot(part));
+            }
+            refused = agent.decide(&observation).diagnostics.refused.nonsense;
+        }
+        assert_eq!((agent.committed_at() >= Some(stamp.time), refused > 0), (is_believed, !is_believed));
+    }
+}
+
 thread_local! {
     /// What a UAV of a team of two knows after 20 s, as bytes, with a report of it, and the instant.
     static TOLD: (Vec<u8>, Report, Time) = {

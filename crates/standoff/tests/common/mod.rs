@@ -45,6 +45,8 @@ pub struct Team {
     pub silent: Vec<UavId>,
     /// The places of UAVs whose computers are off.
     pub off: Vec<usize>,
+    /// By how much the clock of each is wrong, where words go over a radio.
+    pub clock_ahead: Vec<Duration>,
 }
 
 /// What one sensor said: boresight and detections.
@@ -124,6 +126,7 @@ impl Team {
             },
             silent: Vec::new(),
             off: Vec::new(),
+            clock_ahead: vec![Duration::ZERO; uavs as usize],
         }
     }
 

@@ -17,6 +17,8 @@ pub struct Radio {
     pub twice: f64,
     /// Who hears nothing of whom: speaker, hearer.
     pub deaf: Vec<(usize, usize)>,
+    /// Who hears no cues.
+    pub uncued: Vec<usize>,
     /// When it is heard, and by whom.
     under_way: Vec<(i64, usize, Message)>,
 }
@@ -25,19 +27,25 @@ impl Radio {
     /// A perfect one.
     pub fn new(seed: u64) -> Self {
         let draw = Draw(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        Self { draw, loss: 0.0, late_max: 0, twice: 0.0, deaf: Vec::new(), under_way: Vec::new() }
+        Self { draw, loss: 0.0, late_max: 0, twice: 0.0, deaf: Vec::new(), uncued: Vec::new(), under_way: Vec::new() }
     }
 
     /// From now on it is perfect; what is under way comes yet.
     pub fn heal(&mut self) {
         (self.loss, self.late_max, self.twice) = (0.0, 0, 0.0);
         self.deaf.clear();
+        self.uncued.clear();
     }
 
     /// Nobody of one side hears anybody of the other.
     pub fn part(&mut self, one: &[usize], other: &[usize]) {
         let both = one.iter().flat_map(|a| other.iter().flat_map(|b| [(*a, *b), (*b, *a)]));
         self.deaf.extend(both);
+    }
+
+    /// Somebody hears what nobody of the team has said.
+    pub fn tell(&mut self, tick: i64, to: usize, message: Message) {
+        self.under_way.push((tick, to, message));
     }
 
     fn send(&mut self, tick: i64, (from, to): (Option<usize>, usize), message: &Message, is_sure: bool) {
@@ -79,23 +87,23 @@ impl Team {
         let (now, cues, scans) = self.look(tick);
         let on: Vec<usize> = (0..self.agents.len()).filter(|index| !self.off.contains(index)).collect();
         let mut observed = Vec::new();
-        let (mut said, mut heard) = (Vec::new(), Vec::new());
+        let (mut said, mut heard, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for &index in &on {
             let agent = &mut self.agents[index];
             let scan = Some(scan_of(&scans[index])).filter(|_| !self.silent.contains(&agent.id()));
-            let observation = agent.observe(now, &self.states[index], scan);
+            let observation = agent.observe(now + self.clock_ahead[index], &self.states[index], scan);
             observed.push((index, observation));
             for message in agent.outbox(&observation) {
-                said.push(message.clone());
+                said.push((Some(index), message.clone()));
                 for &to in on.iter().filter(|to| **to != index) {
-                    // Who is there at first is known to all: later nobody could tell.
-                    radio.send(tick, (Some(index), to), message, tick == 0);
+                    radio.send(tick, (Some(index), to), message, false);
                 }
             }
         }
+        let cued: Vec<usize> = on.into_iter().filter(|index| !radio.uncued.contains(index)).collect();
         for (place, cue) in cues.iter().enumerate() {
-            said.push(cue.clone());
-            on.iter().for_each(|to| radio.send(tick, (None, *to), cue, *to == on[place % on.len()]));
+            said.push((None, cue.clone()));
+            cued.iter().for_each(|to| radio.send(tick, (None, *to), cue, *to == cued[place % cued.len()]));
         }
         for (index, observation) in observed {
             for message in radio.heard(tick, index) {
@@ -104,16 +112,18 @@ impl Team {
             }
             let step = self.agents[index].decide(&observation);
             (self.commands[index], self.look_at[index]) = (step.command, step.look_at);
+            steps.push((index, step));
         }
         self.fly(now);
-        Words { said, heard }
+        Words { said, heard, steps }
     }
 }
 
-/// What was said at an instant, by whomever, and who has heard what.
+/// What was said at an instant, by whomever, who has heard what, and what each has decided.
 pub struct Words {
-    pub said: Vec<Message>,
+    pub said: Vec<(Option<usize>, Message)>,
     pub heard: Vec<(usize, Message)>,
+    pub steps: Vec<(usize, Step)>,
 }
 
 /// What a fleet knows that hears every word at once, instant by instant.
@@ -130,10 +140,10 @@ impl Truth {
     }
 
     /// Takes in what was said at the next instant, of that instant.
-    pub fn hear(&mut self, now: Time, said: &[Message]) {
+    pub fn hear(&mut self, now: Time, said: &[(Option<usize>, Message)]) {
         let nowhere = Team::new(1, 0).states[0];
         let observed = self.fleet.observe(now, UavId(0), &nowhere, None);
-        for message in said {
+        for (_, message) in said {
             match message {
                 Message::Report(report) if report.time == now => self.fleet.hear(&observed, message),
                 Message::Cue(cue) if cue.said == now => self.fleet.hear(&observed, message),
