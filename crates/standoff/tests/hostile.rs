@@ -297,22 +297,8 @@ proptest! {
         // What was read may be written otherwise.
         let bytes = postcard::to_allocvec(&picture).unwrap();
         let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
-        let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
         for tick in 0..12i64 {
-            let now = now + Duration::from_us(tick * PERIOD_US);
-            let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
-            let knowledge = report.knowledge.get_or_insert_default();
-            (knowledge.since, knowledge.stamp) = (Time::START, stamp);
-            let observation = agent.observe(now, &own, Some(Scan::default()));
-            agent.hear(&observation, &Message::Report(report));
-            let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
-            let count = parts.len() as u16;
-            for (index, part) in (0..).zip(parts) {
-                let (uav, since) = (UavId(0), Time::START);
-                let part = SnapshotPart { uav, since, stamp, index, count, bytes: part.to_vec() };
-                agent.hear(&observation, &Message::Snapshot(part));
-            }
-            let step = agent.decide(&observation);
+            let step = told(&mut agent, (&from, now), tick, stamp, &bytes);
             prop_assert!((25.0..=55.0).contains(&step.command.speed_m_s), "{step:?}");
             prop_assert!(step.command.turn_rate_rad_s.abs() <= 0.3, "{step:?}");
             prop_assert!(step.altitude_m.is_none_or(f64::is_finite), "{step:?}");
@@ -324,11 +310,30 @@ proptest! {
     }
 }
 
+/// An instant of a UAV that begins after another: from that one it hears a report that tells of a picture, and these bytes as
+/// the picture's.
+fn told(agent: &mut Agent, (from, since): (&Report, Time), tick: i64, stamp: Stamp, bytes: &[u8]) -> Step {
+    let now = since + Duration::from_us(tick * PERIOD_US);
+    let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
+    let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
+    let knowledge = report.knowledge.get_or_insert_default();
+    (knowledge.since, knowledge.stamp) = (Time::START, stamp);
+    let observation = agent.observe(now, &own, Some(Scan::default()));
+    agent.hear(&observation, &Message::Report(report));
+    let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
+    let count = parts.len() as u16;
+    for (index, part) in (0..).zip(parts) {
+        let (uav, since) = (UavId(0), Time::START);
+        let part = SnapshotPart { uav, since, stamp, index, count, bytes: part.to_vec() };
+        agent.hear(&observation, &Message::Snapshot(part));
+    }
+    agent.decide(&observation)
+}
+
 /// Bytes that are not those of the picture that was told of are not believed, whatever else they are.
 #[test]
 fn a_picture_that_is_not_the_one_that_was_told_of_is_refused() {
     let (bytes, from, now) = TOLD.with(|told| (told.0.clone(), told.1.clone(), told.2));
-    let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
     let picture: Picture = postcard::from_bytes(&bytes).unwrap();
     let stamp = Stamp { time: picture.time, digest: picture.digest() };
     let mut other = picture;
@@ -338,20 +343,7 @@ fn a_picture_that_is_not_the_one_that_was_told_of_is_refused() {
         let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
         let mut refused = 0;
         for tick in 0..4i64 {
-            let now = now + Duration::from_us(tick * PERIOD_US);
-            let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
-            let knowledge = report.knowledge.get_or_insert_default();
-            (knowledge.since, knowledge.stamp) = (Time::START, stamp);
-            let observation = agent.observe(now, &own, Some(Scan::default()));
-            agent.hear(&observation, &Message::Report(report));
-            let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
-            let count = parts.len() as u16;
-            for (index, part) in (0..).zip(parts) {
-                let (uav, since) = (UavId(0), Time::START);
-                let part = SnapshotPart { uav, since, stamp, index, count, bytes: part.to_vec() };
-                agent.hear(&observation, &Message::Snapshot(part));
-            }
-            refused = agent.decide(&observation).diagnostics.refused.nonsense;
+            refused = told(&mut agent, (&from, now), tick, stamp, &bytes).diagnostics.refused.nonsense;
         }
         assert_eq!((agent.committed_at() >= Some(stamp.time), refused > 0), (is_believed, !is_believed));
     }

@@ -1,12 +1,15 @@
 //! Who is there: every short sequence of faults, each followed by calm. In the end all agree; and at every instant what each
 //! believes of the others is what a little model says of when they were heard.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use std::collections::BTreeMap;
 
 use common::Team;
 use common::radio::{Radio, Words};
+use proptest::prelude::*;
 use standoff::*;
 
 /// In periods: Table I's lease of 3 s, and a horizon of 15 s that the calm outlasts.
@@ -89,7 +92,7 @@ impl Ear {
         let expected = match now - newest {
             _ if left == Some(newest) => Presence::Left,
             ..=1 => Presence::Live,
-            ..=LEASE => Presence::Silent,
+            2..=LEASE => Presence::Silent,
             _ => Presence::Gone,
         };
         // What is so old may be forgotten, and that it left.
@@ -107,6 +110,7 @@ struct Flight {
     epochs: Vec<u32>,
     silent_until: Vec<i64>,
     is_parted: bool,
+    loss: f64,
     tick: i64,
     faults: Vec<Fault>,
 }
@@ -121,8 +125,8 @@ impl Flight {
     fn new(uavs: usize) -> Self {
         let team = Team::of(uavs as u32, 2, params());
         let (ears, epochs, silent_until) = (vec![Ear::default(); uavs], vec![0; uavs], vec![0; uavs]);
-        let (radio, is_parted, tick, faults) = (Radio::new(1), false, 0, Vec::new());
-        Self { team, radio, ears, epochs, silent_until, is_parted, tick, faults }
+        let (radio, is_parted, loss, tick, faults) = (Radio::new(1), false, 0.0, 0, Vec::new());
+        Self { team, radio, ears, epochs, silent_until, is_parted, loss, tick, faults }
     }
 
     fn start_anew(&mut self, uav: usize) {
@@ -153,6 +157,7 @@ impl Flight {
         }
         for later in 0..BETWEEN {
             self.radio.heal();
+            self.radio.loss = self.loss;
             if self.is_parted {
                 self.radio.part(&[0], &(1..uavs).collect::<Vec<_>>());
             }
@@ -242,6 +247,30 @@ impl Flight {
         };
         of.iter().map(next).sum()
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
+    /// The same of longer sequences, of up to four UAVs, while words go missing.
+    #[test]
+    fn after_any_faults_while_words_go_missing_all_agree(
+        seed in any::<u64>(),
+        uavs in 2..5usize,
+        loss in 0.0..0.6f64,
+        faults in proptest::collection::vec(any::<proptest::sample::Index>(), 1..10),
+    ) {
+        let mut flight = Flight::new(uavs);
+        (0..BEFORE).for_each(|_| flight.fly());
+        (flight.loss, flight.radio) = (loss, Radio::new(seed));
+        let all = all_faults(uavs);
+        faults.iter().for_each(|fault| flight.suffer(*fault.get(&all)));
+        flight.recover();
+    }
+}
+
+/// 60, or more if `PROPTEST_CASES` says so.
+fn cases() -> u32 {
+    std::env::var("PROPTEST_CASES").map_or(60, |cases| cases.parse().unwrap())
 }
 
 fn try_all(uavs: usize, of: &[Fault], faults: u32) -> u64 {
