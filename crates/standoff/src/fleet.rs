@@ -15,7 +15,7 @@ use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
-/// The agents of a team in which all hear everything at once: each answers as an [`Agent`](crate::Agent) of its own
+/// The agents of a team in which all hear everything at once: each answers as an [`Agent`] of its own
 /// would, to the bit, for the work of one picture instead of one each.
 ///
 /// ```

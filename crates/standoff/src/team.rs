@@ -61,7 +61,7 @@ pub enum Radio {
 /// How a team keeps its log of what was said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogParams {
-    /// The time between two instants of the team's grid, s; 0.001 to 10. The grid begins at [`Time::START`].
+    /// The time between two instants of the team's grid, s; 0.001 to 10. The grid begins at [`Time::START`](crate::Time::START).
     pub period_s: f64,
     /// What is heard later than this counts no more, s; above 0, at most 600, and of that at most 1,200 periods.
     pub horizon_s: f64,
