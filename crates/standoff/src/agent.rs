@@ -409,11 +409,13 @@ impl Agent {
 
     /// Says parts of the picture that somebody has asked this agent for.
     fn offer_snapshot(&mut self, now: i64) {
-        let asks_us = |peer: &&Peer| peer.tells(now, self.log.lease()) && peer.asks(self.id).is_some();
-        let Some(since) = self.log.peers().iter().any(|peer| asks_us(&peer)).then_some(self.history.since) else {
-            return;
-        };
-        if !self.offer.is_fresh(now) {
+        let asks = || self.log.peers().iter().filter(|peer| peer.tells(now, self.log.lease()));
+        let asks = || asks().filter_map(|peer| peer.asks(self.id));
+        let Some(since) = asks().next().map(|_| self.history.since) else { return };
+        let is_taken = asks().any(|ask| ask.stamp == Some(self.offer.stamp));
+        // One that nobody has begun to take was for another one, who has it.
+        let kept_for = if is_taken { self.log.horizon() / 3 } else { self.log.lease() };
+        if !self.offer.is_fresh(now, kept_for) {
             let instant = self.history.kept_up_to(self.offered_instant(now));
             let Some(offer) = self.history.at(instant).and_then(|picture| Offer::of(picture, now)) else { return };
             self.offer = offer;
@@ -446,7 +448,9 @@ impl Agent {
     /// last of which all is known that those who are there know; from then on it is committed.
     fn offered_instant(&self, now: i64) -> i64 {
         let committed = self.history.committed;
-        if now - committed <= OLD || self.counting(now).is_some() {
+        // What is taken over may be no older than the horizon.
+        let old = OLD.min(self.log.horizon() / 6);
+        if now - committed <= old || self.counting(now).is_some() {
             return committed;
         }
         let follows_ours = |peer: &Peer| {
@@ -458,7 +462,7 @@ impl Agent {
         };
         let peers = || self.log.peers().iter().filter(|peer| follows_ours(peer));
         let known = (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_told_by(peer, *instant)));
-        known.last().unwrap_or(committed).max(now - 2 * OLD).min(now - 1)
+        known.last().unwrap_or(committed).max(now - 2 * old).min(now - 1)
     }
 
     /// Whose picture counts before ours.

@@ -33,9 +33,9 @@ impl Offer {
         (parts <= PARTS_MAX).then(|| Self { stamp, bytes, said_at: vec![i64::MIN; parts], made_at: now })
     }
 
-    /// Still worth being taken: what has happened since is not long.
-    pub(crate) fn is_fresh(&self, now: i64) -> bool {
-        !self.bytes.is_empty() && now - self.made_at <= OFFERED_FOR
+    /// Still worth being taken: it was made no more than so many periods ago, nor too many.
+    pub(crate) fn is_fresh(&self, now: i64, periods: i64) -> bool {
+        !self.bytes.is_empty() && now - self.made_at <= periods.min(OFFERED_FOR)
     }
 
     /// The next part, from one on, that who has asked at an instant lacks, and that is not on its way already.

@@ -98,6 +98,27 @@ fn whose_computer_starts_anew_serves_again_within_5_s() {
     }
 }
 
+/// Who starts anew twice is told what is known now, not what it was told the first time; also where the horizon is short, and
+/// what some UAVs have measured while they were silent will never be known.
+#[test]
+fn whose_computer_starts_anew_twice_is_told_what_is_known_now() {
+    let mut params = fallible();
+    params.log.horizon_s = 15.0;
+    let (mut team, mut radio) = (Team::of(4, 2, params), Radio::new(1));
+    for tick in 0..37 + LATER {
+        if tick == 9 || tick == 33 {
+            team.agents[0] = Agent::new(UavId(0), params).unwrap().with_epoch(tick as u32);
+        }
+        team.silent = match tick {
+            21..25 => vec![UavId(1)],
+            29..37 => vec![UavId(0)],
+            _ => Vec::new(),
+        };
+        fly(&mut team, &mut radio, tick..tick + 1);
+    }
+    assert!((1..4).all(|uav| is_one(&team, [0, uav])));
+}
+
 /// Each side goes on with what it knows, and is told of targets of its own. When they meet, all know the same within 10 s.
 #[test]
 fn two_halves_that_were_apart_for_longer_than_the_horizon_agree_within_10_s() {
