@@ -19,7 +19,7 @@ const HORIZON: i64 = 30;
 /// Before the first fault, from one to the next, and after the last.
 const BEFORE: i64 = 9;
 const BETWEEN: i64 = 4;
-const CALM: i64 = 50;
+const CALM: i64 = 80;
 
 /// What befalls a UAV, or all.
 #[derive(Debug, Clone, Copy)]
@@ -95,9 +95,13 @@ impl Ear {
             2..=LEASE => Presence::Silent,
             _ => Presence::Gone,
         };
-        // What is so old may be forgotten, and that it left.
-        let is_old = newest < self.began || now - newest >= HORIZON;
-        presence == Some(expected) || is_old && matches!(presence, None | Some(Presence::Gone))
+        // What is so old may be forgotten, and that it left; of the time before it began an agent need not know all.
+        let may_be = |presence| match presence {
+            None | Some(Presence::Gone) => newest < self.began || now - newest >= HORIZON,
+            Some(Presence::Silent) => newest < self.began,
+            Some(Presence::Live | Presence::Left) => false,
+        };
+        presence == Some(expected) || may_be(presence)
     }
 }
 
