@@ -105,7 +105,7 @@ fn whose_computer_starts_anew_twice_is_told_what_is_known_now() {
     let mut params = fallible();
     params.log.horizon_s = 15.0;
     let (mut team, mut radio) = (Team::of(4, 2, params), Radio::new(1));
-    for tick in 0..37 + LATER {
+    for tick in 0..37 + SOON {
         if tick == 9 || tick == 33 {
             team.agents[0] = Agent::new(UavId(0), params).unwrap().with_epoch(tick as u32);
         }
