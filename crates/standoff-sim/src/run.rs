@@ -102,7 +102,7 @@ impl Mission {
         Self::scored_by(scenario, Choice::standard())
     }
 
-    /// The same; what metrics of a choice need that cost as much as flying does is worked out beside it: `double_count`.
+    /// The same; what metrics of a choice need that takes long is worked out beside it: `double_count`.
     pub fn scored_by(scenario: &Scenario, choice: Choice) -> Result<Self, Vec<ParamError>> {
         let (Settings { minds, team, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
         let brain: Box<dyn Brain + Send> = match minds {

@@ -304,7 +304,7 @@ const LIMITS: &[&str] = &[
     "velocity_bound_m2_s2",
 ];
 
-/// What is worked out beside every mind, for as much work again, and only where asked for.
+/// What is worked out beside every mind, for half as much work again, and only where asked for.
 const AUDIT: &str = "double_count";
 
 /// The columns of Table II.
