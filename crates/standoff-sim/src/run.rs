@@ -5,8 +5,8 @@
 //! ```
 
 use standoff::{
-    Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Step, TeamParams, Time, UavId,
-    UavState, Velocity,
+    Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Step, Time, UavId, UavState,
+    Velocity,
 };
 
 use crate::brain::{self, Beliefs, Brain};
@@ -321,7 +321,7 @@ impl<B: Brain> Mission<B> {
         rows::begin(now, &self.truth, frame);
         let is_on = uavs.iter().any(|uav| !uav.is_off);
         for uav in uavs {
-            let mut step = if uav.is_off { Step::of(circle(&settings.team)) } else { brain.decide(uav.id) };
+            let mut step = if uav.is_off { Step::of(settings.team.smallest_circle()) } else { brain.decide(uav.id) };
             // Whoever's brain it is, no UAV flies what it cannot.
             let limited = settings.team.uav.limit(step.command);
             step.command = limited.command;
@@ -356,12 +356,6 @@ impl<B: Brain> Mission<B> {
             uav.belief = uav.truth;
         }
     }
-}
-
-/// What a UAV flies whose computer is off, as one that knows nothing: the smallest orbit, where it is.
-fn circle(team: &TeamParams) -> Command {
-    let (speed_m_s, radius_m) = (team.uav.speed_m_s, team.group.standoff.radius_min_m);
-    Command { speed_m_s, turn_rate_rad_s: team.guidance.sense.sign() * speed_m_s / radius_m }
 }
 
 #[cfg(test)]

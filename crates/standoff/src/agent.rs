@@ -31,7 +31,7 @@ use crate::picture::Picture;
 use crate::pilot::Pilot;
 use crate::row::{Put, Said};
 use crate::snapshot::{Offer, Taken, Taking};
-use crate::step::{Observation, Refused, Step};
+use crate::step::{Observation, Refused, Step, count};
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
@@ -218,7 +218,7 @@ impl Agent {
     /// time that stays elsewhere.
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
         let Some(instant) = self.log.instant(now).filter(|instant| self.is_next(*instant)) else {
-            self.log.refused.instants = self.log.refused.instants.saturating_add(1);
+            count(&mut self.log.refused.instants);
             return Observation { uav: self.id, time: now, own: *own };
         };
         if self.now != Some(instant) {
@@ -347,10 +347,10 @@ impl Agent {
     /// What a teammate has committed is committed here, too, where it is the same to the bit: teammates that are far ahead do
     /// not list any more what was said of an instant so long ago.
     fn commit_as_others(&mut self, now: i64) {
-        let Self { id, log, history, .. } = self;
-        let told = log.peers().iter().filter(|peer| peer.uav != *id && peer.tells(now, log.lease()));
+        let Self { log, history, .. } = self;
         let since = log.time(history.since);
-        let stamps = told.map(|peer| &peer.knowledge).filter(|told| told.since == since).map(|told| told.stamp);
+        let stamps =
+            log.telling(now).map(|peer| &peer.knowledge).filter(|told| told.since == since).map(|told| told.stamp);
         let ahead = stamps.map(|stamp| (log.instant_at(stamp.time), stamp.digest));
         let ahead = ahead.filter(|(instant, _)| (history.committed + 1..now).contains(instant));
         let same = |(instant, digest): &(i64, u64)| history.at(*instant).is_some_and(|own| own.digest() == *digest);
@@ -367,8 +367,7 @@ impl Agent {
         self.has_spoken = put != Put::Refused;
         self.is_stale = true;
         if !self.has_spoken {
-            self.log.refused.count_nonsense(true);
-            return;
+            return count(&mut self.log.refused.nonsense);
         }
         let asks = self.doubt(now);
         let Self { id, epoch, sequence, log, history, outbox, .. } = self;
@@ -409,10 +408,15 @@ impl Agent {
 
     /// Says parts of the picture that somebody has asked this agent for.
     fn offer_snapshot(&mut self, now: i64) {
-        let asks = || self.log.peers().iter().filter(|peer| peer.tells(now, self.log.lease()));
-        let asks = || asks().filter_map(|peer| peer.asks(self.id));
-        let Some(since) = asks().next().map(|_| self.history.since) else { return };
-        let is_taken = asks().any(|ask| ask.stamp == Some(self.offer.stamp));
+        let asks = |log: &Log, id| {
+            let asks = log.telling(now).filter_map(|peer| Some((peer.knows_at, peer.asks(id)?)));
+            asks.collect::<Vec<(i64, Ask)>>()
+        };
+        let asks = asks(&self.log, self.id);
+        if asks.is_empty() {
+            return;
+        }
+        let is_taken = asks.iter().any(|(_, ask)| ask.stamp == Some(self.offer.stamp));
         // One that nobody has begun to take was for another one, who has it.
         let kept_for = if is_taken { self.log.horizon() / 3 } else { self.log.lease() };
         if !self.offer.is_fresh(now, kept_for) {
@@ -421,12 +425,11 @@ impl Agent {
             self.offer = offer;
             self.history.commit_stamped(instant, self.offer.stamp.digest);
         }
-        let Self { id, log, offer, outbox, said, repair, .. } = self;
-        let since = log.time(since);
-        for peer in log.peers().iter().filter(|peer| peer.tells(now, log.lease())) {
-            let Some(ask) = peer.asks(*id) else { continue };
+        let Self { id, log, history, offer, outbox, said, repair, .. } = self;
+        let since = log.time(history.since);
+        for (asked_at, ask) in asks {
             let mut from = 0;
-            while let Some(index) = offer.lacking(&ask, peer.knows_at, from) {
+            while let Some(index) = offer.lacking(&ask, asked_at, from) {
                 if repair.is_spent() {
                     return;
                 }
@@ -456,11 +459,10 @@ impl Agent {
         let follows_ours = |peer: &Peer| {
             let stamp = peer.knowledge.stamp;
             let ours = self.history.digest_at(self.log.instant_at(stamp.time));
-            peer.tells(now, self.log.lease())
-                && self.log.instant_at(peer.knowledge.since) == self.history.since
+            self.log.instant_at(peer.knowledge.since) == self.history.since
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
-        let peers = || self.log.peers().iter().filter(|peer| follows_ours(peer));
+        let peers = || self.log.telling(now).filter(|peer| follows_ours(peer));
         let known = (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_told_by(peer, *instant)));
         known.last().unwrap_or(committed).max(now - 2 * old).min(now - 1)
     }
@@ -468,8 +470,7 @@ impl Agent {
     /// Whose picture counts before ours.
     fn counting(&self, now: i64) -> Option<&Peer> {
         let first = |peer: &&Peer| (self.log.instant_at(peer.knowledge.since), peer.uav);
-        let others = self.log.peers().iter().filter(|peer| peer.uav != self.id && peer.tells(now, self.log.lease()));
-        others.min_by_key(first).filter(|peer| first(peer) < (self.history.since, self.id))
+        self.log.telling(now).min_by_key(first).filter(|peer| first(peer) < (self.history.since, self.id))
     }
 
     /// Whether the picture that counts is another one than ours: then this is what to ask.
@@ -484,13 +485,12 @@ impl Agent {
         }
         // Who does not answer may not hear us: others who follow the same picture have it, too.
         let asks_since = *self.asks_since.get_or_insert(now);
-        let (id, lease) = (self.id, self.log.lease());
         let follows =
             |peer: &&Peer| peer.uav == counting || (peer.knowledge.since, peer.knowledge.stamp) == (since, stamp);
-        let others = || self.log.peers().iter().filter(|peer| peer.uav != id && peer.tells(now, lease)).filter(follows);
-        let turn = (now - asks_since) / (2 * lease) % others().count().max(1) as i64;
-        let place = others().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
-        let asked = others().cycle().nth(place).map_or(counting, |peer| peer.uav);
+        let others = self.log.telling(now).filter(follows);
+        let turn = (now - asks_since) / (2 * self.log.lease()) % others.clone().count().max(1) as i64;
+        let place = others.clone().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
+        let asked = others.cycle().nth(place).map_or(counting, |peer| peer.uav);
         Some(self.taking.ask(asked))
     }
 
@@ -512,11 +512,7 @@ impl Agent {
             self.doubted_since = self.doubted_since.filter(|_| differs);
             return !differs;
         }
-        if self.history.at(instant).is_some_and(|picture| picture.digest() == stamp.digest) {
-            self.history.commit_stamped(instant, stamp.digest);
-            self.doubted_since = None;
-            return true;
-        }
+        // Were it the same as ours, it would be committed here, too.
         if self.log.lacks(self.history.committed, instant, now) {
             // What is missing is being said again.
             self.doubted_since = None;
@@ -535,17 +531,17 @@ impl Agent {
                     Some(self.asks_since.map_or(now, |since| now - (now - since) % (2 * self.log.lease())))
             }
             Taken::Nonsense => {
-                self.log.refused.count_nonsense(true);
+                count(&mut self.log.refused.nonsense);
                 self.taking.reset();
             }
             Taken::Whole(picture) => {
                 let (since, instant) = (self.log.instant(self.taking.since()), self.log.instant(picture.time));
-                let (Some(since), Some(instant)) = (since, instant) else {
-                    return self.log.refused.count_nonsense(true);
+                let is_of_use = |(since, instant): &(i64, i64)| {
+                    (now - self.log.horizon()..now).contains(instant) && since <= instant
                 };
-                if instant >= now || instant < now - self.log.horizon() || since > instant {
-                    return self.log.refused.count_nonsense(true);
-                }
+                let Some((since, instant)) = since.zip(instant).filter(is_of_use) else {
+                    return count(&mut self.log.refused.nonsense);
+                };
                 let digest = picture.digest();
                 self.history.take_over(since, instant, *picture);
                 self.history.commit_stamped(instant, digest);

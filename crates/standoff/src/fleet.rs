@@ -10,7 +10,7 @@ use crate::param::ParamError;
 use crate::picture::Picture;
 use crate::pilot::Pilot;
 use crate::row::{Put, Row, Said};
-use crate::step::{Observation, Refused, Step};
+use crate::step::{Observation, Refused, Step, count};
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
@@ -89,14 +89,16 @@ impl Fleet {
         if !self.started || gap > Duration::ZERO && gap <= Agent::GAP_MAX {
             self.open(now);
         } else if now != self.row.time {
-            self.refused.instants = self.refused.instants.saturating_add(1);
+            count(&mut self.refused.instants);
             return Observation { uav, time: now, own: *own };
         }
         // Who does not know where it is has nothing to say.
         if let Some(scan) = scan.filter(|_| own.is_finite() && self.row.report_of(uav).is_none()) {
             let (stamp, duty) = ((0, self.sequence), self.previous.duty_of(uav));
             let put = self.row.put(Said { uav, stamp, state: own, scan, duty, leaves: false });
-            self.refused.count_nonsense(put == Put::Refused);
+            if put == Put::Refused {
+                count(&mut self.refused.nonsense);
+            }
             self.is_stale = true;
         }
         let own = self.row.report_of(uav).map_or(*own, |report| report.state);
@@ -116,7 +118,9 @@ impl Fleet {
             // All know the same.
             Message::Snapshot(_) => Put::Known,
         };
-        self.refused.count_nonsense(matches!(put, Put::Refused | Put::Instead));
+        if matches!(put, Put::Refused | Put::Instead) {
+            count(&mut self.refused.nonsense);
+        }
         self.is_stale = true;
     }
 

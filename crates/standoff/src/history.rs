@@ -112,14 +112,17 @@ impl History {
 
     /// The newest that is kept of the pictures that cannot change any more.
     pub(crate) fn base(&self) -> &Picture {
-        let committed = self.pictures.iter().take_while(|(instant, _)| *instant <= self.committed);
-        &self.pictures[committed.count().max(1) - 1].1
+        &self.pictures[self.place_up_to(self.committed)].1
     }
 
     /// The newest instant up to one of which the picture is kept.
     pub(crate) fn kept_up_to(&self, to: i64) -> i64 {
-        let kept = self.pictures.iter().map(|(instant, _)| *instant).take_while(|instant| *instant <= to);
-        kept.last().unwrap_or(to)
+        self.pictures[self.place_up_to(to)].0.min(to)
+    }
+
+    /// Where the newest picture up to an instant stands; before all, the first.
+    fn place_up_to(&self, to: i64) -> usize {
+        self.pictures.partition_point(|(instant, _)| *instant <= to).saturating_sub(1)
     }
 
     /// The instant after which rows are needed.
@@ -134,10 +137,9 @@ impl History {
         Some(&*self.pictures[place].1).filter(|_| instant >= self.since)
     }
 
-    /// The newest picture that is kept of an instant or one before.
-    fn at_or_before(&self, instant: i64) -> Option<&Picture> {
-        let place = self.pictures.partition_point(|(other, _)| *other <= instant).checked_sub(1)?;
-        Some(&self.pictures[place].1)
+    /// How long after the one before it an instant is: before the first there is none.
+    fn dt(&self, log: &Log, instant: i64) -> Duration {
+        if instant <= self.since { Duration::ZERO } else { log.period }
     }
 
     /// Works out the pictures up to now, from the first instant of which something new was heard.
@@ -149,12 +151,11 @@ impl History {
         }
         let mut last = self.pictures[self.pictures.len() - 1].0;
         while last < now {
-            let Some(row) = log.row(last + 1) else { break };
-            let mut next = self.spare.pop().unwrap_or_default();
-            let dt = if last < self.since { Duration::ZERO } else { log.period };
+            last += 1;
+            let Some(row) = log.row(last) else { break };
+            let (mut next, dt) = (self.spare.pop().unwrap_or_default(), self.dt(log, last));
             let (_, newest) = &self.pictures[self.pictures.len() - 1];
             self.fold.follow(newest, dt, row, &mut next);
-            last += 1;
             self.pictures.push_back((last, next));
         }
         self.thin_out(now);
@@ -229,20 +230,16 @@ impl History {
         // What may still change is told when that has become unlikely.
         let likely = self.committed.max(now - self.lag - DENSE);
         self.told = if is_disturbed { self.acted.min(likely).max(self.told_before) } else { self.acted };
-        self.is_held_back = self.acted < now
-            && self.at_or_before(self.acted).is_some_and(|then| self.newest().is_rearranged_since(then));
+        let (acted_at, then) = &self.pictures[self.place_up_to(self.acted)];
+        self.is_held_back = self.acted < now && *acted_at == self.acted && self.newest().is_rearranged_since(then);
         if !self.is_held_back {
             return;
         }
-        let Ok(place) = self.pictures.binary_search_by_key(&self.acted, |(instant, _)| *instant) else {
-            self.is_held_back = false;
-            return;
-        };
-        let [first, second] = &mut self.held_back;
-        first.clone_from(&*self.pictures[place].1);
+        self.held_back[0].clone_from(then);
         for instant in self.acted + 1..=now {
             let Some(row) = log.row(instant) else { break };
-            let dt = if instant <= self.since { Duration::ZERO } else { log.period };
+            let dt = self.dt(log, instant);
+            let [first, second] = &mut self.held_back;
             self.fold.carry_on(first, dt, row, second);
             core::mem::swap(first, second);
         }

@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use crate::log::runs::{Runs, first_of, last_of, number_of_cue};
 use crate::message::{Cue, Held, Knowledge, Message, Report, Speaker};
 use crate::row::{Put, Row, Said, TEAM_MAX};
-use crate::step::Refused;
+use crate::step::{Refused, count};
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
@@ -226,7 +226,7 @@ impl Log {
         };
         let (speaker, number) = (Speaker::Searcher(cue.searcher), number_of_cue(instant, cue.number));
         if instant <= committed || instant < self.first {
-            if !self.runs(speaker).is_some_and(|runs| runs.holds(number)) && instant >= self.first {
+            if !self.holds(speaker, number) && instant >= self.first {
                 count(&mut self.refused.late);
             }
             return;
@@ -244,18 +244,12 @@ impl Log {
 
     /// The entry of long ago that a message says again: its number. What was lost a moment ago may be said by several.
     pub(crate) fn said_again(&self, message: &Message, now: i64) -> Option<(Speaker, i64)> {
-        let is_late = |instant: &i64| *instant < now - self.lease;
-        match message {
-            Message::Report(report) => {
-                let instant = self.instant(report.time).filter(is_late)?;
-                Some((Speaker::Uav(report.uav), instant))
-            }
-            Message::Cue(cue) => {
-                let instant = self.instant(cue.said).filter(is_late)?;
-                Some((Speaker::Searcher(cue.searcher), number_of_cue(instant, cue.number)))
-            }
-            Message::Snapshot(_) => None,
-        }
+        let long_ago = |time| self.instant(time).filter(|instant| *instant < now - self.lease);
+        Some(match message {
+            Message::Report(report) => (Speaker::Uav(report.uav), long_ago(report.time)?),
+            Message::Cue(cue) => (Speaker::Searcher(cue.searcher), number_of_cue(long_ago(cue.said)?, cue.number)),
+            Message::Snapshot(_) => return None,
+        })
     }
 
     /// How many periods ahead of the own time something may be: clocks differ, and a message may come before its instant is
@@ -335,12 +329,15 @@ impl Log {
     fn holds(&self, speaker: Speaker, number: i64) -> bool {
         self.runs(speaker).is_some_and(|runs| runs.holds(number))
     }
-}
 
-impl Log {
     /// Everyone ever heard of, until the horizon has passed, by ascending UAV; the own one, too.
     pub(crate) fn peers(&self) -> &[Peer] {
         &self.peers
+    }
+
+    /// The others that are there, or were a moment ago, and have told what they know, by ascending UAV. Of itself nobody hears.
+    pub(crate) fn telling(&self, now: i64) -> impl Iterator<Item = &Peer> + Clone {
+        self.peers.iter().filter(move |peer| peer.tells(now, self.lease))
     }
 
     /// All is known of an instant that can be known: everyone who was to has reported it and has spoken again since, by
@@ -366,7 +363,7 @@ impl Log {
 
     /// Something is missing here that somebody who is there holds, of the instants up to one.
     pub(crate) fn lacks(&self, after: i64, to: i64, now: i64) -> bool {
-        self.peers.iter().filter(|peer| peer.tells(now, self.lease)).any(|peer| self.lacks_of(peer, (after + 1, to)))
+        self.telling(now).any(|peer| self.lacks_of(peer, (after + 1, to)))
     }
 
     /// Something is missing here that a peer holds, of these instants.
@@ -396,10 +393,6 @@ impl Log {
     pub(crate) fn instant_at(&self, time: Time) -> i64 {
         time.us().div_euclid(self.period.us())
     }
-}
-
-fn count(what: &mut u32) {
-    *what = what.saturating_add(1);
 }
 
 /// Within its bounds, and in order.

@@ -141,8 +141,7 @@ impl Pilot<'_> {
         let searched = self.search_area(id).map(|area| (area.about, area.radius_m));
         let last = || self.nearest_known(id, own).map(|last| (last.position, smallest_m));
         let Some((centre, radius_m)) = searched.or_else(last) else {
-            let radius_m = smallest_m;
-            return Command { speed_m_s, turn_rate_rad_s: self.params.guidance.sense.sign() * speed_m_s / radius_m };
+            return self.params.smallest_circle();
         };
         let orbit = Orbit {
             centre,

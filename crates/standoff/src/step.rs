@@ -124,10 +124,11 @@ impl Refused {
     pub fn messages(&self) -> u32 {
         [self.off_grid, self.nonsense, self.impossible].into_iter().fold(self.late, u32::saturating_add)
     }
+}
 
-    pub(crate) fn count_nonsense(&mut self, is_nonsense: bool) {
-        self.nonsense = self.nonsense.saturating_add(u32::from(is_nonsense));
-    }
+/// One more of what was refused.
+pub(crate) fn count(what: &mut u32) {
+    *what = what.saturating_add(1);
 }
 
 impl Diagnostics {

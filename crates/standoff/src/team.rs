@@ -11,7 +11,7 @@ use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
 use crate::time::Duration;
-use crate::uav::{Integrator, UavParams};
+use crate::uav::{Command, Integrator, UavParams};
 
 pub use group_params::{
     Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search,
@@ -159,6 +159,12 @@ impl TeamParams {
                 separation_rad: 90f64.to_radians(),
             },
         }
+    }
+
+    /// What a UAV flies that knows nothing, or whose computer is off: the smallest orbit, where it is.
+    pub fn smallest_circle(&self) -> Command {
+        let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.group.standoff.radius_min_m);
+        Command { speed_m_s, turn_rate_rad_s: self.guidance.sense.sign() * speed_m_s / radius_m }
     }
 
     /// For how long a UAV that is silent counts as being there.

@@ -7,7 +7,7 @@
 
 use crate::log::Log;
 use crate::log::peer::Peer;
-use crate::log::runs::{first_of, instant_of, last_of};
+use crate::log::runs::{first_of, instant_of, last_of, number_of_cue};
 use crate::message::{Cue, Message, Report, Speaker};
 
 /// After so many periods whoever holds an entry says it: the one whose turn it was is not heard.
@@ -67,19 +67,19 @@ impl Repair {
     pub(crate) fn say(&mut self, log: &Log, now: i64, mut tell: impl FnMut(Again)) -> bool {
         self.sent.retain(|sent| now - sent.at <= log.lease());
         self.wanted.clear();
-        let tells = |peer: &&Peer| peer.uav != log.own && peer.tells(now, log.lease());
+        let delay = log.usual_delay();
         // While there is enough, two say it: one may not have heard the question, or not be heard.
         let voices = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
-        for peer in log.peers.iter().filter(tells) {
+        for peer in log.telling(now) {
             let committed = log.instant_at(peer.knowledge.committed);
-            let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - log.usual_delay());
+            let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - delay);
             for (speaker, runs) in &log.held {
                 let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
                 runs.without(peer.held(*speaker), (first, last), |number| {
                     let entry = (instant_of(*speaker, number), *speaker, number);
                     // One that was said again may be on its way, or was lost: the next report tells.
                     let sent = self.sent.iter().find(|sent| (sent.speaker, sent.number) == (*speaker, number));
-                    let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at + log.usual_delay());
+                    let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at + delay);
                     if is_answered && self.wanted.len() < WANTED_MAX && log.is_mine_to_say(entry, peer, (now, voices)) {
                         self.wanted.push(entry);
                     }
@@ -101,7 +101,7 @@ impl Repair {
             let said = match speaker {
                 Speaker::Uav(uav) => row.report_of(uav).map(Again::Report),
                 Speaker::Searcher(searcher) => {
-                    let is_it = |cue: &&Cue| cue.searcher == searcher && i64::from(cue.number) == number & 0xFFFF;
+                    let is_it = |cue: &&Cue| cue.searcher == searcher && number_of_cue(instant, cue.number) == number;
                     row.cues().iter().find(is_it).map(Again::Cue)
                 }
             };
