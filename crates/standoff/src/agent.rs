@@ -24,7 +24,7 @@
 use crate::fold::Fold;
 use crate::history::History;
 use crate::log::repair::{Again, Repair};
-use crate::log::{Log, Peer, Presence};
+use crate::log::{LISTED_BEFORE, Log, Peer, Presence};
 use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Stamp};
 use crate::param::ParamError;
 use crate::picture::Picture;
@@ -35,9 +35,6 @@ use crate::step::{Observation, Refused, Step, count};
 use crate::team::TeamParams;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
-
-/// So many seconds after a word was missing, words are taken to go missing still.
-const CALM_AFTER_S: f64 = 10.0;
 
 /// A committed picture of so many periods ago is too old to be taken over: too much has been said since.
 const OLD: i64 = 20;
@@ -206,7 +203,7 @@ impl Agent {
 
     /// Words have gone missing of late, here or elsewhere: groups and duties are those of the decision lag ago.
     pub fn is_disturbed(&self) -> bool {
-        self.now.is_some_and(|now| self.is_disturbed_at(now))
+        self.now.is_some_and(|now| self.log.is_disturbed(now))
     }
 
     /// First half of an instant: takes in where the UAV is and what its sensor measured, both of `now`. Without a scan
@@ -264,7 +261,7 @@ impl Agent {
     pub fn decide(&mut self, observation: &Observation) -> Step {
         if let Some(now) = self.now.filter(|_| self.is_stale) {
             self.history.follow(&mut self.log, now);
-            self.history.settle_on(&self.log, now, self.is_disturbed_at(now));
+            self.history.settle_on(&self.log, now, self.log.is_disturbed(now));
             self.is_stale = false;
         }
         let impossible = self.history.newest().impossible;
@@ -288,11 +285,6 @@ impl Agent {
     /// A report of this epoch: from an instant at which this agent was there.
     fn is_own(&self, report: &Report) -> bool {
         self.log.instant(report.time).is_none_or(|instant| instant >= self.began)
-    }
-
-    fn is_disturbed_at(&self, now: i64) -> bool {
-        let calm_after = (CALM_AFTER_S / self.log.period.s()).ceil() as i64;
-        now - self.log.disturbed_at <= calm_after
     }
 
     fn begin(&mut self, first: i64) {
@@ -351,8 +343,9 @@ impl Agent {
         let since = log.time(history.since);
         let stamps =
             log.telling(now).map(|peer| &peer.knowledge).filter(|told| told.since == since).map(|told| told.stamp);
-        let ahead = stamps.map(|stamp| (log.instant_at(stamp.time), stamp.digest));
-        let ahead = ahead.filter(|(instant, _)| (history.committed + 1..now).contains(instant));
+        let (committed, present) = (log.time(history.committed), log.time(now));
+        let ahead = stamps.filter(|stamp| committed < stamp.time && stamp.time < present);
+        let ahead = ahead.map(|stamp| (log.instant_at(stamp.time), stamp.digest));
         let same = |(instant, digest): &(i64, u64)| history.at(*instant).is_some_and(|own| own.digest() == *digest);
         if let Some((instant, digest)) = ahead.filter(same).max() {
             history.commit_stamped(instant, digest);
@@ -459,7 +452,7 @@ impl Agent {
         let follows_ours = |peer: &Peer| {
             let stamp = peer.knowledge.stamp;
             let ours = self.history.digest_at(self.log.instant_at(stamp.time));
-            self.log.instant_at(peer.knowledge.since) == self.history.since
+            peer.knowledge.since == self.log.time(self.history.since)
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
         let peers = || self.log.telling(now).filter(|peer| follows_ours(peer));
@@ -469,15 +462,20 @@ impl Agent {
 
     /// Whose picture counts before ours.
     fn counting(&self, now: i64) -> Option<&Peer> {
-        let first = |peer: &&Peer| (self.log.instant_at(peer.knowledge.since), peer.uav);
-        self.log.telling(now).min_by_key(first).filter(|peer| first(peer) < (self.history.since, self.id))
+        let first = |peer: &&Peer| (peer.knowledge.since, peer.uav);
+        self.log
+            .telling(now)
+            .min_by_key(first)
+            .filter(|peer| first(peer) < (self.log.time(self.history.since), self.id))
     }
 
     /// Whether the picture that counts is another one than ours: then this is what to ask.
     fn doubt(&mut self, now: i64) -> Option<Ask> {
         let Some(counting) = self.counting(now) else { return self.trust() };
         let (counting, since, stamp) = (counting.uav, counting.knowledge.since, counting.knowledge.stamp);
-        let is_ours = self.log.instant_at(since) == self.history.since && self.agrees(stamp, now);
+        let is_alike = if since == self.log.time(self.history.since) { self.agrees(stamp, now) } else { Some(false) };
+        // What cannot be told does not end what was begun.
+        let is_ours = is_alike.unwrap_or(self.asks_since.is_none());
         if is_ours {
             self.asks_since = None;
             self.taking.reset();
@@ -501,24 +499,26 @@ impl Agent {
         None
     }
 
-    /// Another's committed picture is ours, as far as can be told by now.
-    fn agrees(&mut self, stamp: Stamp, now: i64) -> bool {
-        let instant = self.log.instant_at(stamp.time);
+    /// Whether another's committed picture is ours; `None` if that cannot be told yet.
+    fn agrees(&mut self, stamp: Stamp, now: i64) -> Option<bool> {
+        let (instant, committed) = (self.log.instant_at(stamp.time), self.history.committed);
         if stamp == Stamp::default() {
-            return true;
+            return Some(true);
         }
-        if instant <= self.history.committed {
-            let differs = self.history.digest_at(instant).is_some_and(|digest| digest != stamp.digest);
-            self.doubted_since = self.doubted_since.filter(|_| differs);
-            return !differs;
+        if instant <= committed {
+            self.doubted_since = None;
+            return self.history.digest_at(instant).map(|own| own == stamp.digest);
+        }
+        // So far behind, a picture is told sooner than all that it is made of.
+        if instant - committed > LISTED_BEFORE {
+            return Some(false);
         }
         // Were it the same as ours, it would be committed here, too.
-        if self.log.lacks(self.history.committed, instant, now) {
-            // What is missing is being said again.
+        if self.log.lacks(committed, instant, now) {
             self.doubted_since = None;
-            return true;
+            return None;
         }
-        now - *self.doubted_since.get_or_insert(now) <= PATIENCE
+        (now - *self.doubted_since.get_or_insert(now) > PATIENCE).then_some(false)
     }
 
     /// Takes in a part of another's picture; with the last one that picture takes the place of ours.

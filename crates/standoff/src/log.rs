@@ -25,8 +25,11 @@ pub(crate) use peer::{NEVER, Peer};
 /// More runs than this in one report are not believed: gaps have a bound.
 pub(crate) const HELD_MAX: usize = 1024;
 
+/// So many seconds after a word was missing, words are taken to go missing still.
+const CALM_AFTER_S: f64 = 10.0;
+
 /// So many instants before what is committed are still listed as held: who hears a report may have missed those before.
-const LISTED_BEFORE: i64 = 40;
+pub(crate) const LISTED_BEFORE: i64 = 40;
 
 /// An agent's log.
 #[derive(Debug, Clone)]
@@ -35,6 +38,7 @@ pub(crate) struct Log {
     /// In periods, as the lease.
     horizon: i64,
     lease: i64,
+    calm_after: i64,
     own: UavId,
     /// The instant of the first row.
     first: i64,
@@ -46,6 +50,8 @@ pub(crate) struct Log {
     held: Vec<(Speaker, Runs)>,
     /// How many of the reports heard of late came so many periods late, the last one that or more.
     delays: [u32; 8],
+    /// By how many periods reports are late: most of them, so that what is lost now and then does not count.
+    usual_delay: i64,
     /// The earliest instant of which something was heard since the pictures were made.
     pub(crate) changed_from: i64,
     /// The last instant of which something was missing, here or elsewhere.
@@ -61,6 +67,7 @@ impl Log {
             period,
             horizon: periods(params.log.horizon_s).clamp(1, 1200),
             lease: periods(params.teammate_timeout_s),
+            calm_after: periods(CALM_AFTER_S),
             own,
             first: 0,
             rows: VecDeque::new(),
@@ -68,6 +75,7 @@ impl Log {
             peers: Vec::new(),
             held: Vec::new(),
             delays: [0; 8],
+            usual_delay: 0,
             changed_from: i64::MAX,
             disturbed_at: NEVER,
             refused: Refused::default(),
@@ -100,6 +108,11 @@ impl Log {
 
     pub(crate) fn lease(&self) -> i64 {
         self.lease
+    }
+
+    /// Words have gone missing of late, here or elsewhere.
+    pub(crate) fn is_disturbed(&self, now: i64) -> bool {
+        now - self.disturbed_at <= self.calm_after
     }
 
     /// The row of an instant, if it is within the log.
@@ -186,17 +199,13 @@ impl Log {
         if self.delays.iter().sum::<u32>() > 64 {
             self.delays.iter_mut().for_each(|count| *count /= 2);
         }
-    }
-
-    /// By how many periods reports are late: most of them, so that what is lost now and then does not count.
-    pub(crate) fn usual_delay(&self) -> i64 {
         let half = self.delays.iter().sum::<u32>() / 2;
         let mut sum = 0;
         let place = self.delays.iter().position(|count| {
             sum += count;
             sum > half
         });
-        place.unwrap_or_default() as i64
+        self.usual_delay = place.unwrap_or_default() as i64;
     }
 
     fn put_report(&mut self, instant: i64, said: Said, report: Option<&Report>) -> Put {
@@ -244,7 +253,8 @@ impl Log {
 
     /// The entry of long ago that a message says again: its number. What was lost a moment ago may be said by several.
     pub(crate) fn said_again(&self, message: &Message, now: i64) -> Option<(Speaker, i64)> {
-        let long_ago = |time| self.instant(time).filter(|instant| *instant < now - self.lease);
+        let recent = self.time(now - self.lease);
+        let long_ago = |time| Some(time).filter(|time| *time < recent).and_then(|time| self.instant(time));
         Some(match message {
             Message::Report(report) => (Speaker::Uav(report.uav), long_ago(report.time)?),
             Message::Cue(cue) => (Speaker::Searcher(cue.searcher), number_of_cue(long_ago(cue.said)?, cue.number)),
@@ -290,8 +300,9 @@ impl Log {
         peer.knows_at = instant;
         peer.knowledge.clone_from(knowledge);
         // One that is wrong ends with the instants that it names.
-        let disturbed = self.instant_at(knowledge.disturbed).min(instant);
-        self.disturbed_at = self.disturbed_at.max(disturbed);
+        if knowledge.disturbed > self.time(self.disturbed_at) {
+            self.disturbed_at = self.instant_at(knowledge.disturbed).min(instant).max(self.disturbed_at);
+        }
         self.learn_of_others(knowledge, instant);
     }
 
@@ -357,7 +368,7 @@ impl Log {
         let has_told = peer.uav == self.own
             || peer.left_at.is_some()
             || peer.knows_at == NEVER
-            || peer.knows_at > instant && self.instant_at(peer.knowledge.listed_after) < instant;
+            || peer.knows_at > instant && peer.knowledge.listed_after < self.time(instant);
         has_told && !self.lacks_of(peer, (instant, instant))
     }
 

@@ -67,7 +67,7 @@ impl Repair {
     pub(crate) fn say(&mut self, log: &Log, now: i64, mut tell: impl FnMut(Again)) -> bool {
         self.sent.retain(|sent| now - sent.at <= log.lease());
         self.wanted.clear();
-        let delay = log.usual_delay();
+        let delay = log.usual_delay;
         // While there is enough, two say it: one may not have heard the question, or not be heard.
         let voices = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
         for peer in log.telling(now) {
@@ -159,7 +159,7 @@ impl Log {
         // Those who hold it take turns.
         let holds = |other: &&Peer| {
             other.uav == self.own
-                || self.instant_at(other.knowledge.committed) >= instant
+                || other.knowledge.committed >= self.time(instant)
                 || other.held(speaker).iter().any(|run| run.from <= number && number <= run.to)
         };
         let is_asked = |other: &&Peer| other.uav != peer.uav && Speaker::Uav(other.uav) != speaker;
