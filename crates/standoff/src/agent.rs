@@ -525,10 +525,10 @@ impl Agent {
     fn take(&mut self, part: &SnapshotPart, now: i64) {
         match self.taking.take(part) {
             Taken::Nothing => {}
-            // As long as something comes, nobody else is asked.
+            // As long as something comes, nobody else is asked: whoever's turn it is, it begins anew.
             Taken::Part => {
-                self.asks_since =
-                    Some(self.asks_since.map_or(now, |since| now - (now - since) % (2 * self.log.lease())))
+                let turn = 2 * self.log.lease();
+                self.asks_since = Some(self.asks_since.map_or(now, |since| now - (now - since) / turn * turn));
             }
             Taken::Nonsense => {
                 count(&mut self.log.refused.nonsense);

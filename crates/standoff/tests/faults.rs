@@ -98,6 +98,16 @@ fn whose_computer_starts_anew_serves_again_within_5_s() {
     }
 }
 
+/// A picture that takes longer to say than others are given to answer is taken from one of them, not from each a part.
+#[test]
+fn a_picture_of_many_targets_is_taken_from_whoever_has_begun_to_tell_it() {
+    let (mut team, mut radio) = (Team::of(3, 60, fallible()), Radio::new(1));
+    fly(&mut team, &mut radio, 0..30);
+    team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_epoch(1);
+    fly(&mut team, &mut radio, 30..30 + 4 * LEASE);
+    assert!(is_one(&team, [0, 1]));
+}
+
 /// Who starts anew twice is told what is known now, not what it was told the first time; also where the horizon is short, and
 /// what some UAVs have measured while they were silent will never be known.
 #[test]
