@@ -523,6 +523,17 @@ impl Agent {
 
     /// Takes in a part of another's picture; with the last one that picture takes the place of ours.
     fn take(&mut self, part: &SnapshotPart, now: i64) {
+        if !self.taking.is_asked(part.uav) {
+            return;
+        }
+        // One of a time that cannot be would keep all others out that are older.
+        let is_of_use = |(since, instant): &(i64, i64)| {
+            (now - self.log.horizon()..now).contains(instant) && since <= instant
+        };
+        let times = self.log.instant(part.since).zip(self.log.instant(part.stamp.time));
+        let Some((since, instant)) = times.filter(is_of_use) else {
+            return count(&mut self.log.refused.nonsense);
+        };
         match self.taking.take(part) {
             Taken::Nothing => {}
             // As long as something comes, nobody else is asked: whoever's turn it is, it begins anew.
@@ -535,13 +546,6 @@ impl Agent {
                 self.taking.reset();
             }
             Taken::Whole(picture) => {
-                let (since, instant) = (self.log.instant(self.taking.since()), self.log.instant(picture.time));
-                let is_of_use = |(since, instant): &(i64, i64)| {
-                    (now - self.log.horizon()..now).contains(instant) && since <= instant
-                };
-                let Some((since, instant)) = since.zip(instant).filter(is_of_use) else {
-                    return count(&mut self.log.refused.nonsense);
-                };
                 let digest = picture.digest();
                 self.history.take_over(since, instant, *picture);
                 self.history.commit_stamped(instant, digest);

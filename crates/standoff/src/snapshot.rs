@@ -77,7 +77,7 @@ pub(crate) struct Taking {
 /// What became of a part.
 #[derive(Debug)]
 pub(crate) enum Taken {
-    /// It was not asked for, or is known.
+    /// It is known, or of an older picture.
     Nothing,
     /// More are to come.
     Part,
@@ -104,17 +104,15 @@ impl Taking {
         Ask { of, stamp, next: next as u16, after }
     }
 
-    pub(crate) fn since(&self) -> Time {
-        self.since
+    /// It is this one who was asked.
+    pub(crate) fn is_asked(&self, uav: UavId) -> bool {
+        self.from == Some(uav)
     }
 
-    /// Takes a part in, if it is of the picture that was asked for.
+    /// Takes in a part of whom was asked.
     pub(crate) fn take(&mut self, part: &SnapshotPart) -> Taken {
-        let SnapshotPart { uav, since, stamp, index, count, ref bytes } = *part;
+        let SnapshotPart { since, stamp, index, count, ref bytes, .. } = *part;
         let (place, parts) = (usize::from(index), usize::from(count));
-        if self.from != Some(uav) {
-            return Taken::Nothing;
-        }
         let is_last = place + 1 == parts;
         let is_sound = place < parts
             && parts <= PARTS_MAX
@@ -123,7 +121,7 @@ impl Taking {
         if !is_sound {
             return Taken::Nonsense;
         }
-        if (self.stamp, self.parts.len()) != (stamp, parts) {
+        if (self.since, self.stamp, self.parts.len()) != (since, stamp, parts) {
             // An older one is over.
             if !self.parts.is_empty() && stamp.time < self.stamp.time {
                 return Taken::Nothing;

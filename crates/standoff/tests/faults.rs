@@ -108,6 +108,24 @@ fn a_picture_of_many_targets_is_taken_from_whoever_has_begun_to_tell_it() {
     assert!(is_one(&team, [0, 1]));
 }
 
+/// A part that names whoever is asked as its speaker, and a time that is not yet, keeps out no true part.
+#[test]
+fn a_forged_part_of_the_future_keeps_no_picture_out() {
+    let (mut team, mut radio) = (Team::of(2, 4, fallible()), Radio::new(1));
+    fly(&mut team, &mut radio, 0..30);
+    team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_epoch(1);
+    for tick in 30..30 + SOON {
+        let stamp = Stamp { time: FAR, digest: 1 };
+        let forged = SnapshotPart { stamp, count: 2, bytes: vec![0; 512], ..SnapshotPart::default() };
+        radio.tell(tick, 1, Message::Snapshot(forged));
+        fly(&mut team, &mut radio, tick..tick + 1);
+    }
+    let step = team.tick_over(30 + SOON, &mut radio).steps.remove(1).1;
+    assert!(step.diagnostics.refused.nonsense > 0);
+    fly(&mut team, &mut radio, 31 + SOON..30 + SOON + LATER);
+    assert!(is_one(&team, [0, 1]));
+}
+
 /// Who starts anew twice is told what is known now, not what it was told the first time; also where the horizon is short, and
 /// what some UAVs have measured while they were silent will never be known.
 #[test]
