@@ -527,9 +527,8 @@ impl Agent {
             return;
         }
         // One of a time that cannot be would keep all others out that are older.
-        let is_of_use = |(since, instant): &(i64, i64)| {
-            (now - self.log.horizon()..now).contains(instant) && since <= instant
-        };
+        let is_of_use =
+            |(since, instant): &(i64, i64)| (now - self.log.horizon()..now).contains(instant) && since <= instant;
         let times = self.log.instant(part.since).zip(self.log.instant(part.stamp.time));
         let Some((since, instant)) = times.filter(is_of_use) else {
             return count(&mut self.log.refused.nonsense);

@@ -240,15 +240,21 @@ impl Log {
             }
             return;
         }
+        if !self.has_room_for_cues_of(speaker) {
+            return count(&mut self.refused.nonsense);
+        }
         let Some(row) = self.row_mut(instant) else { return };
         let put = row.put_cue(cue);
+        let is_dropped = put == Put::Refused && row.is_full();
         match put {
-            Put::Refused => return count(&mut self.refused.nonsense),
-            Put::Known => return,
-            Put::New | Put::Instead => {}
+            Put::Refused => count(&mut self.refused.nonsense),
+            Put::Known => {}
+            Put::New | Put::Instead => self.changed_from = self.changed_from.min(instant),
         }
-        self.changed_from = self.changed_from.min(instant);
-        self.note(speaker, number);
+        // One of too many need not be said again.
+        if is_dropped || matches!(put, Put::New | Put::Instead) {
+            self.note(speaker, number);
+        }
     }
 
     /// The entry of long ago that a message says again: its number. What was lost a moment ago may be said by several.
@@ -270,6 +276,12 @@ impl Log {
 
     fn has_room_for(&self, uav: UavId) -> bool {
         self.peers.len() < TEAM_MAX || self.peer(uav).is_some()
+    }
+
+    /// As of UAVs, so of those who hand targets over.
+    fn has_room_for_cues_of(&self, speaker: Speaker) -> bool {
+        let uavs = self.held.partition_point(|(speaker, _)| matches!(speaker, Speaker::Uav(_)));
+        self.held.len() - uavs < TEAM_MAX || self.runs(speaker).is_some()
     }
 
     fn peer(&self, uav: UavId) -> Option<&Peer> {

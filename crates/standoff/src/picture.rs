@@ -18,7 +18,7 @@ use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::guidance::heading::OnOrbit;
 use crate::message::{Report, TargetLabel};
-use crate::row::{Row, TEAM_MAX};
+use crate::row::{Row, TARGETS_MAX, TEAM_MAX};
 use crate::sensor::{RangeBearing, SensorParams};
 use crate::target::Transition;
 use crate::team::{GroupCount, GroupParams, Search, TeamParams};
@@ -50,7 +50,7 @@ pub struct Picture {
     on_orbit: Vec<OnOrbit>,
     had_team: bool,
     agenda: Agenda,
-    /// Reports of this instant that no UAV could have made: it is not where it was before.
+    /// Reports of this instant that no UAV could have made, for it is not where it was before; and targets too many.
     #[serde(skip)]
     pub(crate) impossible: u32,
 }
@@ -168,12 +168,15 @@ impl Picture {
     /// Becomes the picture that follows `previous`, given the news.
     pub(crate) fn follow(&mut self, previous: &Picture, news: &News, params: &TeamParams, scratch: &mut Scratch) {
         self.events.clear();
-        self.time = news.now;
+        (self.time, self.impossible) = (news.now, 0);
         self.memberships.copy(&previous.memberships);
         self.agenda = previous.agenda;
         // Step by step for all tracks: no target waits for another's numbers.
         self.memberships.tracks_mut().for_each(|track| track.predict(news.transition));
-        self.memberships.forget_lost(Duration::from_s(params.track.forget_lost_s));
+        // Where there is no room, lost ones make it.
+        let is_full = self.known().len() >= TARGETS_MAX;
+        let after_s = if is_full { 0.0 } else { params.track.forget_lost_s };
+        self.memberships.forget_lost(Duration::from_s(after_s));
         self.take_cues(news, params);
         self.weigh_reports(previous, news, params, &mut scratch.impossible);
         self.measure(news.row, &params.track.sensor, scratch);
@@ -213,6 +216,10 @@ impl Picture {
         for cue in news.row.cues() {
             let is_wanted = self.find_label(cue.label).is_none_or(|known| known.track.is_lost());
             let Some(track) = Track::from_cue(cue, &params.track, news.now).filter(|_| is_wanted) else { continue };
+            if !self.has_room_for(track.id) {
+                self.impossible += 1;
+                continue;
+            }
             self.memberships.start(track);
             self.events.push(Event::of_track(EventKind::Cued, track.id, None));
         }
@@ -320,10 +327,18 @@ impl Picture {
             if self.find_label(label).is_none()
                 && let Some(track) = Track::from_measurements(label, scratch.measured_of(label), &params.track)
             {
+                if !self.has_room_for(track.id) {
+                    self.impossible += 1;
+                    continue;
+                }
                 self.memberships.start(track);
                 self.events.push(Event::of_track(EventKind::Acquired, track.id, None));
             }
         }
+    }
+
+    fn has_room_for(&self, track: TrackId) -> bool {
+        self.known().len() < TARGETS_MAX || self.find(track).is_some()
     }
 
     /// Which reports count: not those of a UAV that is where it could not have come to since it was heard last. If it stays
@@ -341,7 +356,7 @@ impl Picture {
                 impossible.push(report.uav);
             }
         }
-        self.impossible = impossible.len() as u32;
+        self.impossible += impossible.len() as u32;
     }
 
     /// The team: every UAV heard of late, and the group it served until now.

@@ -13,8 +13,9 @@ use crate::uav::{UavId, UavState};
 /// More UAVs than this at a time are not listened to: a team is a few.
 pub(crate) const TEAM_MAX: usize = 256;
 
-/// More cues than this of one instant are not listened to.
-const CUES_MAX: usize = 65_536;
+/// More targets than this are not kept at a time: as many as a picture can be told of (`PARTS_MAX` of the snapshot). Nor are
+/// more detections taken from one report, or more cues of one instant.
+pub(crate) const TARGETS_MAX: usize = 8_000;
 
 /// What became of something heard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +87,8 @@ impl Row {
     /// Takes a report in.
     pub(crate) fn put(&mut self, said: Said) -> Put {
         let Said { uav, stamp, state, scan, duty, leaves } = said;
-        if !state.is_finite() || scan.boresight.is_some_and(|angle| !angle.rad().is_finite()) {
+        let is_sound = state.is_finite() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
+        if !is_sound || scan.detections.len() > TARGETS_MAX {
             return Put::Refused;
         }
         let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
@@ -116,10 +118,16 @@ impl Row {
         put
     }
 
-    /// Takes a cue in.
+    /// There are as many cues as there may be.
+    pub(crate) fn is_full(&self) -> bool {
+        self.cues.len() >= TARGETS_MAX
+    }
+
+    /// Takes a cue in. Of too many those are kept that come first, whichever are heard first.
     pub(crate) fn put_cue(&mut self, cue: &Cue) -> Put {
         let is_same = |known: &Cue| (known.searcher, known.number) == (cue.searcher, cue.number);
-        if !cue.is_sound() || cue.time > self.time || self.cues.len() >= CUES_MAX {
+        let is_beyond = |last: &Cue| self.is_full() && counting_order(last, cue).is_lt();
+        if !cue.is_sound() || cue.time > self.time || self.cues.last().is_some_and(is_beyond) {
             return Put::Refused;
         }
         let mut put = Put::New;
@@ -134,6 +142,7 @@ impl Row {
         }
         let place = self.cues.partition_point(|known| counting_order(known, cue).is_lt());
         self.cues.insert(place, *cue);
+        self.cues.truncate(TARGETS_MAX);
         put
     }
 }
@@ -297,6 +306,32 @@ mod tests {
         row.open(Time::from_us(5));
         assert_eq!([of_another, other, cue()].map(|cue| row.put_cue(&cue)), [Put::New, Put::Instead, Put::Instead]);
         assert_eq!(row.cues(), [cue()]);
+    }
+
+    /// Whichever is heard first: who has heard all holds the same.
+    #[test]
+    fn of_too_many_cues_the_same_are_kept_in_whatever_order_they_come() {
+        let cues: Vec<Cue> = (0..TARGETS_MAX as u32 + 9)
+            .map(|label| Cue {
+                searcher: label / 1000,
+                number: (label % 1000) as u16,
+                label: TargetLabel(label),
+                ..cue()
+            })
+            .collect();
+        let (mut row, mut reversed) = (row(), row());
+        cues.iter().for_each(|cue| _ = row.put_cue(cue));
+        cues.iter().rev().for_each(|cue| _ = reversed.put_cue(cue));
+        assert_eq!((row.cues(), reversed.cues()), (&cues[..TARGETS_MAX], &cues[..TARGETS_MAX]));
+        assert_eq!((row.put_cue(&cues[TARGETS_MAX]), row.put_cue(&cues[3])), (Put::Refused, Put::Known));
+    }
+
+    #[test]
+    fn a_report_of_more_targets_than_a_team_keeps_is_refused() {
+        let detection =
+            Detection { label: TargetLabel(1), measurement: RangeBearing { range_m: 10.0, bearing: Angle::ZERO } };
+        let said = |n| Report { detections: vec![detection; n], ..report(1, 0, 1) };
+        assert_eq!(put(&mut row(), &[said(TARGETS_MAX + 1), said(TARGETS_MAX)]).0, [Put::Refused, Put::New]);
     }
 
     /// The newest, of those the surest, and of those always the same; all are kept, so that each can be said again.

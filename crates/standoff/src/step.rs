@@ -112,7 +112,8 @@ pub struct Refused {
     /// Messages of which another one counts, or that make no sense: numbers that are none, lists beyond their bounds, parts
     /// of a snapshot that is not what was told of it.
     pub nonsense: u32,
-    /// Reports of UAVs that are where they could not have come to since they were heard last.
+    /// Reports of UAVs that are where they could not have come to since they were heard last; and targets that are more than
+    /// the 8,000 of which a team keeps track, lost ones included.
     pub impossible: u32,
 }
 

@@ -341,6 +341,45 @@ fn who_lies_to_all_divides_nobody() {
     }
 }
 
+/// Targets without end: no more are kept than there may be, the same ones by all, and each one too many is told of. Once
+/// they are lost there is room again.
+#[test]
+fn targets_that_are_not_there_are_only_so_many() {
+    let mut params = fallible();
+    params.track.lost_position_sd_m = 25.0;
+    let (mut team, mut radio) = (Team::of(2, 3, params), Radio::new(1));
+    let false_cues = |tick: i64| {
+        let said = Time::from_us(tick * PERIOD.us());
+        let cue = move |number: u16| Cue {
+            searcher: 7,
+            said,
+            number,
+            label: TargetLabel(1000 + 5000 * tick as u32 + u32::from(number)),
+            time: said,
+            position: Position::from_m(5e4, f64::from(number)),
+            velocity: Velocity::ZERO,
+            position_sd_m: 20.0,
+            velocity_sd_m_s: 2.0,
+        };
+        (0..5000).map(cue)
+    };
+    for tick in 0..12 {
+        for cue in false_cues(tick).filter(|_| (5..8).contains(&tick)) {
+            (0..2).for_each(|to| radio.tell(tick, to, Message::Cue(cue)));
+        }
+        let (steps, known) = (team.tick_over(tick, &mut radio).steps, team.agents[0].picture().known().len());
+        assert!(is_one(&team, [0, 1]) && known <= 8000, "{tick}: {known}");
+        let refused = steps[1].1.diagnostics.refused.impossible;
+        assert_eq!(refused > 0, tick > 5, "{tick}: {refused}");
+    }
+    // One that is there.
+    fly(&mut team, &mut radio, 12..40);
+    let last = false_cues(40).next().unwrap();
+    (0..2).for_each(|to| radio.tell(40, to, Message::Cue(last)));
+    fly(&mut team, &mut radio, 40..41);
+    assert!(is_one(&team, [0, 1]) && team.agents[0].picture().find_label(last.label).is_some());
+}
+
 /// Who says one thing to one and another to another divides them until it stops.
 #[test]
 fn who_says_two_things_of_one_instant_divides_nobody_for_long() {
