@@ -19,13 +19,13 @@
 //!
 //! Whose picture counts, where two do not agree and the log does not tell: of the UAVs that are there the one whose picture
 //! began first, of equals that of lowest id. The others see by the digest in its reports that theirs is another one, and
-//! take a snapshot of it.
+//! take a snapshot of it. Whose picture is asked for and not given counts no more for a while.
 
 use crate::fold::Fold;
 use crate::history::History;
 use crate::log::repair::{Again, Repair};
 use crate::log::{LISTED_BEFORE, Log, Peer, Presence};
-use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Stamp};
+use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Speaker, Stamp};
 use crate::param::ParamError;
 use crate::picture::Picture;
 use crate::pilot::Pilot;
@@ -463,8 +463,10 @@ impl Agent {
     /// Whose picture counts before ours.
     fn counting(&self, now: i64) -> Option<&Peer> {
         let first = |peer: &&Peer| (peer.knowledge.since, peer.uav);
+        let counts = |peer: &&Peer| peer.passed_over_until <= now;
         self.log
             .telling(now)
+            .filter(counts)
             .min_by_key(first)
             .filter(|peer| first(peer) < (self.log.time(self.history.since), self.id))
     }
@@ -485,11 +487,27 @@ impl Agent {
         let asks_since = *self.asks_since.get_or_insert(now);
         let follows =
             |peer: &&Peer| peer.uav == counting || (peer.knowledge.since, peer.knowledge.stamp) == (since, stamp);
-        let others = self.log.telling(now).filter(follows);
-        let turn = (now - asks_since) / (2 * self.log.lease()) % others.clone().count().max(1) as i64;
-        let place = others.clone().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
-        let asked = others.cycle().nth(place).map_or(counting, |peer| peer.uav);
+        let others = || self.log.telling(now).filter(follows);
+        let turn = (now - asks_since) / (2 * self.log.lease());
+        if turn >= others().count().max(1) as i64 {
+            return self.pass_over(counting, asks_since, now);
+        }
+        let place = others().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
+        let asked = others().cycle().nth(place).map_or(counting, |peer| peer.uav);
         Some(self.taking.ask(asked))
+    }
+
+    /// Nobody tells a picture, though asked in turn: it counts no more for a while; for long, if the question was heard.
+    fn pass_over(&mut self, counting: UavId, asks_since: i64, now: i64) -> Option<Ask> {
+        let mut told = self.log.telling(now).filter(|peer| peer.uav == counting);
+        let heard = told.find_map(|peer| peer.held(Speaker::Uav(self.id)).last());
+        let is_heard = heard.is_some_and(|run| run.to >= asks_since);
+        drop(told);
+        let pause = if is_heard { self.log.horizon() } else { 2 * self.log.lease() };
+        self.log.pass_over(counting, now + pause);
+        (self.doubted_since, self.asks_since) = (None, None);
+        self.taking.reset();
+        self.doubt(now)
     }
 
     /// Nobody's picture counts but ours.
@@ -534,7 +552,8 @@ impl Agent {
             return count(&mut self.log.refused.nonsense);
         };
         match self.taking.take(part) {
-            Taken::Nothing => {}
+            // Whoever begins anew for ever gives nothing.
+            Taken::Nothing | Taken::First => {}
             // As long as something comes, nobody else is asked: whoever's turn it is, it begins anew.
             Taken::Part => {
                 let turn = 2 * self.log.lease();

@@ -299,6 +299,13 @@ impl Log {
         &mut self.peers[index]
     }
 
+    /// Until then a peer's picture does not count.
+    pub(crate) fn pass_over(&mut self, uav: UavId, until: i64) {
+        if let Ok(index) = self.peers.binary_search_by_key(&uav, |peer| peer.uav) {
+            self.peers[index].passed_over_until = until;
+        }
+    }
+
     /// What a speaker has heard, by the newest report of it that says so.
     fn learn(&mut self, report: &Report, instant: i64) {
         if !self.has_room_for(report.uav) {

@@ -79,7 +79,9 @@ pub(crate) struct Taking {
 pub(crate) enum Taken {
     /// It is known, or of an older picture.
     Nothing,
-    /// More are to come.
+    /// The first one; more are to come.
+    First,
+    /// Another one; more are to come.
     Part,
     /// All are there.
     Whole(Box<Picture>),
@@ -121,7 +123,8 @@ impl Taking {
         if !is_sound {
             return Taken::Nonsense;
         }
-        if (self.since, self.stamp, self.parts.len()) != (since, stamp, parts) {
+        let is_first = (self.since, self.stamp, self.parts.len()) != (since, stamp, parts);
+        if is_first {
             // An older one is over.
             if !self.parts.is_empty() && stamp.time < self.stamp.time {
                 return Taken::Nothing;
@@ -135,7 +138,7 @@ impl Taking {
         }
         self.parts[place] = Some(bytes.clone());
         if self.parts.iter().any(Option::is_none) {
-            return Taken::Part;
+            return if is_first { Taken::First } else { Taken::Part };
         }
         let whole: Vec<u8> = self.parts.drain(..).flatten().flatten().collect();
         match read(&whole, self.stamp) {

@@ -398,23 +398,56 @@ fn with_a_liar(lie: Lie) -> (Team, i64) {
     let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
     let mut apart = 0;
     for tick in 0..80 {
-        let is_lying = (10..40).contains(&tick);
-        radio.deaf = if is_lying { vec![(2, 0), (2, 1)] } else { Vec::new() };
-        if is_lying {
-            let mut honest = team.clone();
-            let said = honest.tick_over(tick, &mut Radio::new(1)).said;
-            let own = said.iter().find_map(|(speaker, message)| match message {
-                Message::Report(report) if *speaker == Some(2) => Some(report),
-                _ => None,
-            });
-            for to in 0..2 {
-                lie(tick, to, own.unwrap()).into_iter().for_each(|message| radio.tell(tick, to, message));
-            }
+        radio.deaf.clear();
+        if (10..40).contains(&tick) {
+            tell_lies(&team, &mut radio, tick, lie);
         }
         fly(&mut team, &mut radio, tick..tick + 1);
         apart += i64::from(!is_one(&team, [0, 1]));
     }
     (team, apart)
+}
+
+/// In the place of what the third would say the others hear what it makes of it.
+fn tell_lies(team: &Team, radio: &mut Radio, tick: i64, lie: Lie) {
+    radio.deaf = vec![(2, 0), (2, 1)];
+    let said = team.clone().tick_over(tick, &mut Radio::new(1)).said;
+    let own = said.iter().find_map(|(speaker, message)| match message {
+        Message::Report(report) if *speaker == Some(2) => Some(report),
+        _ => None,
+    });
+    for to in 0..2 {
+        lie(tick, to, own.unwrap()).into_iter().for_each(|message| radio.tell(tick, to, message));
+    }
+}
+
+/// Who claims that its picture is the oldest, and gives none, or begins to give ever another one, holds up nobody who starts
+/// anew for longer than it takes to find that out.
+#[test]
+fn who_promises_a_picture_and_gives_none_keeps_nobody_out() {
+    let lies: [Lie; 2] = [
+        |_, _, report| knowing(report, |told| (told.since, told.stamp.digest) = (LONG_AGO, 1)),
+        |tick, _, report| {
+            let mut said = knowing(report, |told| (told.since, told.stamp.digest) = (LONG_AGO, 1));
+            let stamp = Stamp { time: Time::from_us((tick - 1) * PERIOD.us()), digest: 1 };
+            let (uav, since, bytes) = (UavId(2), LONG_AGO, vec![255; 512]);
+            said.push(Message::Snapshot(SnapshotPart { uav, since, stamp, index: 0, count: 2, bytes }));
+            said
+        },
+    ];
+    for (which, lie) in lies.into_iter().enumerate() {
+        let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
+        for tick in 0..30 + LATER {
+            if tick == 30 {
+                team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_epoch(1);
+            }
+            if tick >= 10 {
+                tell_lies(&team, &mut radio, tick, lie);
+            }
+            fly(&mut team, &mut radio, tick..tick + 1);
+        }
+        assert!(is_one(&team, [0, 1]), "{which}");
+    }
 }
 
 /// A UAV that hears nobody any more: after the lease it is a team of one, goes on with what it watches, and keeps its altitude.

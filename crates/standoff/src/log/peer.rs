@@ -31,12 +31,15 @@ pub(crate) struct Peer {
     /// The instant of the report from which `knowledge` is.
     pub(crate) knows_at: i64,
     pub(crate) knowledge: Knowledge,
+    /// Its picture does not count until then: it was asked for, and not given.
+    pub(crate) passed_over_until: i64,
 }
 
 impl Peer {
     pub(crate) fn new(uav: UavId, instant: i64) -> Self {
         let (first, newest, knows_at) = (instant, instant, NEVER);
-        Self { uav, first, newest, left_at: None, knows_at, knowledge: Knowledge::default() }
+        let (left_at, knowledge, passed_over_until) = (None, Knowledge::default(), NEVER);
+        Self { uav, first, newest, left_at, knows_at, knowledge, passed_over_until }
     }
 
     /// It has spoken of an instant: if it had left, it is back.
