@@ -551,7 +551,7 @@ impl Agent {
         let Some((since, instant)) = times.filter(is_of_use) else {
             return count(&mut self.log.refused.nonsense);
         };
-        match self.taking.take(part) {
+        match self.taking.take(part, &self.history.fold.params) {
             // Whoever begins anew for ever gives nothing.
             Taken::Nothing | Taken::First => {}
             // As long as something comes, nobody else is asked: whoever's turn it is, it begins anew.

@@ -21,6 +21,11 @@ impl GroupId {
         let us = now.us().clamp(0, (1 << 47) - 1) as u64;
         Self((us << 16 | of_whom >> 48).max(last.0.saturating_add(1)))
     }
+
+    /// It can have been given by now; or so much later as several founded at one instant may count on.
+    pub(crate) fn is_given_by(self, now: Time) -> bool {
+        self.0 >> 16 <= now.us().clamp(0, (1 << 47) - 1) as u64 + 1_000_000
+    }
 }
 
 #[cfg(test)]

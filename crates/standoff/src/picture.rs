@@ -25,6 +25,9 @@ use crate::team::{GroupCount, GroupParams, Search, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
+#[cfg(test)]
+mod tests;
+
 /// What a team knows and intends at one instant.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Picture {
@@ -122,9 +125,11 @@ impl Picture {
     }
 
     /// Works out what is not told of a picture that came from elsewhere; `false` if it is none that could be followed: out of
-    /// order, beyond its bounds, or with numbers that are none.
-    pub(crate) fn make_whole(&mut self) -> bool {
-        self.memberships.make_whole()
+    /// order, beyond its bounds, of times to come, or with numbers that are none.
+    pub(crate) fn make_whole(&mut self, params: &TeamParams) -> bool {
+        self.memberships.make_whole(self.time, Duration::from_s(params.group.dwell_max_s))
+            && self.agenda.is_sound(self.time, params)
+            && self.known().len() <= TARGETS_MAX
             && self.team.len() <= TEAM_MAX
             && is_ascending(self.groups.iter().map(|group| group.id.0))
             && self.groups.iter().map(|group| group.id).eq(self.memberships.groups().iter().copied())
@@ -134,7 +139,7 @@ impl Picture {
             && is_ascending(self.searches.iter().map(|duty| u64::from(duty.uav.0)))
             && self.searches.iter().all(|duty| self.find(duty.track).is_some())
             && is_ascending(self.team.iter().map(|mate| u64::from(mate.uav.0)))
-            && self.team.iter().all(|mate| mate.state.is_finite() && mate.said.is_finite())
+            && self.team.iter().all(|mate| mate.state.is_finite() && mate.said.is_finite() && mate.said_at <= self.time)
     }
 
     /// Who is in which group, or serves which, is another than in the picture before.

@@ -5,6 +5,7 @@
 
 use crate::message::{Ask, SnapshotPart, Stamp};
 use crate::picture::Picture;
+use crate::team::TeamParams;
 use crate::time::Time;
 use crate::uav::UavId;
 
@@ -112,7 +113,7 @@ impl Taking {
     }
 
     /// Takes in a part of whom was asked.
-    pub(crate) fn take(&mut self, part: &SnapshotPart) -> Taken {
+    pub(crate) fn take(&mut self, part: &SnapshotPart, params: &TeamParams) -> Taken {
         let SnapshotPart { since, stamp, index, count, ref bytes, .. } = *part;
         let (place, parts) = (usize::from(index), usize::from(count));
         let is_last = place + 1 == parts;
@@ -141,7 +142,7 @@ impl Taking {
             return if is_first { Taken::First } else { Taken::Part };
         }
         let whole: Vec<u8> = self.parts.drain(..).flatten().flatten().collect();
-        match read(&whole, self.stamp) {
+        match read(&whole, self.stamp, params) {
             Some(picture) => Taken::Whole(Box::new(picture)),
             None => Taken::Nonsense,
         }
@@ -149,8 +150,8 @@ impl Taking {
 }
 
 /// The picture that these bytes are, if they are what was told of them.
-fn read(bytes: &[u8], stamp: Stamp) -> Option<Picture> {
+fn read(bytes: &[u8], stamp: Stamp, params: &TeamParams) -> Option<Picture> {
     let (mut picture, rest) = postcard::take_from_bytes::<Picture>(bytes).ok()?;
     let is_it = rest.is_empty() && picture.time == stamp.time && picture.digest() == stamp.digest;
-    (is_it && picture.make_whole()).then_some(picture)
+    (is_it && picture.make_whole(params)).then_some(picture)
 }

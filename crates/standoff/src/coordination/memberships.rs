@@ -159,16 +159,25 @@ pub(crate) struct Memberships {
 }
 
 impl Memberships {
-    /// Works out who is in each group; `false`: these are no memberships that could be.
-    pub(crate) fn make_whole(&mut self) -> bool {
+    /// Works out who is in each group; `false`: these are no memberships that could be at an instant, where dwells are no
+    /// longer than so long.
+    pub(crate) fn make_whole(&mut self, now: Time, dwell_max: Duration) -> bool {
         let is_sound = |known: &Known| {
-            let Known { track, membership, .. } = known;
+            let Known { track, membership, barred } = known;
             let is_apart = membership.receiving_group().is_none_or(|to| membership.group() != Some(to));
-            track.is_sound() && is_apart
+            let has_begun = match membership {
+                Membership::Dwell(handoff) => handoff.requested_at <= now,
+                _ => true,
+            };
+            let is_in_time = barred.is_none_or(|(_, until)| until <= now + dwell_max);
+            track.is_sound() && is_apart && has_begun && is_in_time
         };
         let is_whole = self.known.is_sorted_by(|a, b| a.track.id < b.track.id)
             && self.known.iter().all(is_sound)
-            && self.numbers.is_sorted_by(|a, b| a.0 < b.0);
+            && self.numbers.is_sorted_by(|a, b| a.0 < b.0)
+            // Else ids would run out, or come again.
+            && self.numbers.last().is_none_or(|(id, _)| *id <= self.last)
+            && self.last.is_given_by(now);
         self.roster = Roster::default();
         for place in 0..self.known.len() {
             let membership = self.known[place].membership;

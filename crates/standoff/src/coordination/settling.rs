@@ -44,6 +44,18 @@ pub(crate) struct Agenda {
     winding_up: Option<GroupId>,
 }
 
+impl Agenda {
+    #[cfg(test)]
+    pub(crate) fn reviewed_next(next_review: Time) -> Self {
+        Self { next_review, ..Self::default() }
+    }
+
+    /// It can have come about by an instant.
+    pub(crate) fn is_sound(&self, now: Time, params: &TeamParams) -> bool {
+        self.next_review <= now.max(Time::START) + Duration::from_s(params.group.review_period_s)
+    }
+}
+
 /// Room that lives on, so that a step allocates nothing; what is in it means nothing once the step has ended.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Room {

@@ -111,7 +111,8 @@ pub struct Track {
 impl Track {
     /// Its numbers are such as a filter keeps, and it is the track of its label.
     pub(crate) fn is_sound(&self) -> bool {
-        self.filter.is_sound() && self.id == TrackId::of(self.label)
+        let [missed, lost_for] = [self.missed, self.lost_for].map(|time| time >= Duration::ZERO);
+        self.filter.is_sound() && self.id == TrackId::of(self.label) && missed && lost_for
     }
 
     /// Starts a track from a cue, predicted to `now`; `None` if the cue makes no sense.
