@@ -70,18 +70,26 @@ impl Repair {
         let delay = log.usual_delay;
         // While there is enough, two say it: one may not have heard the question, or not be heard.
         let voices = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
+        // Whose turn it is, is asked of everyone for every entry.
+        let tellers = log.telling(now).count().max(1);
+        let most = (LOOKED_MAX / (tellers * tellers)).max(16);
         for peer in log.telling(now) {
+            let mut looked = 0;
             let committed = log.instant_at(peer.knowledge.committed);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - delay);
             for (speaker, runs) in &log.held {
+                if looked >= most {
+                    break;
+                }
                 let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
                 runs.without(peer.held(*speaker), (first, last), |number| {
                     let entry = (instant_of(*speaker, number), *speaker, number);
                     // One that was said again may be on its way, or was lost: the next report tells.
                     let sent = self.sent.iter().find(|sent| (sent.speaker, sent.number) == (*speaker, number));
                     let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at + delay);
-                    if is_answered && self.wanted.len() < WANTED_MAX && log.is_mine_to_say(entry, peer, (now, voices)) {
-                        self.wanted.push(entry);
+                    if is_answered && looked < most {
+                        looked += 1;
+                        self.wanted.extend(log.is_mine_to_say(entry, peer, (now, voices)).then_some(entry));
                     }
                 });
             }
@@ -114,8 +122,9 @@ impl Repair {
     }
 }
 
-/// No more than so many entries are looked at in a period: a hostile list asks for all there are.
-const WANTED_MAX: usize = 4096;
+/// No more than so many answers are looked at in a period, to whose turn it is to say an entry again; the same part of them
+/// for each peer that lacks some. A team of sixteen that has missed a minute needs no more; a hostile one could ask for ever.
+const LOOKED_MAX: usize = 1 << 18;
 
 /// An entry that is said again.
 #[derive(Debug, Clone, Copy)]

@@ -1,4 +1,5 @@
 use super::*;
+use crate::log::repair::Repair;
 use crate::message::{Stamp, TargetLabel};
 use crate::{Angle, Position, UavState, Velocity};
 
@@ -278,4 +279,35 @@ fn what_is_held_is_listed_from_a_little_before_what_is_committed() {
     assert_eq!(knowledge.listed_after, us(12));
     let of_one = [held(one, 13, committed + 4), held(one, committed + 6, committed + 8)];
     assert_eq!(knowledge.held, [of_one[0], of_one[1], held(searcher, number, number)]);
+}
+
+/// Of one transmitter that speaks as many, each of which lacks all; a team of four that lacks as much is told all of it that is
+/// not late as all was.
+#[test]
+fn of_what_ever_so_many_lack_a_part_is_looked_at_in_a_period() {
+    for (uavs, said) in [(4, 4 * 44), (250, 16)] {
+        let mut log = log();
+        (0..50).for_each(|instant| _ = log.say(instant, Said::of(&report(0, instant))));
+        for instant in 0..50 {
+            (1..4).for_each(|uav| log.hear_report(&report(uav, instant), 50, -1));
+        }
+        log.turn_to(50, 0);
+        (1..uavs).for_each(|uav| log.hear_report(&telling_of(uav, 51, Vec::new()), 50, -1));
+        let (mut repair, mut told) = (Repair::default(), 0);
+        repair.earn(1e9, 0.5);
+        repair.say(&log, 52, |_| told += 1);
+        assert_eq!(told, said, "{uavs}");
+    }
+}
+
+#[test]
+fn those_who_hand_targets_over_are_only_so_many() {
+    let mut log = log();
+    let said_by = |searcher| Cue { searcher, ..cue(1, 3) };
+    (0..=TEAM_MAX as u32).for_each(|searcher| log.hear_cue(&said_by(searcher), 3, -1));
+    let cues = |log: &Log| log.row(3).map(|row| row.cues().len());
+    assert_eq!((cues(&log), log.refused.nonsense), (Some(TEAM_MAX), 1));
+    // Who is known is heard on.
+    log.hear_cue(&Cue { number: 7, ..said_by(0) }, 3, -1);
+    assert_eq!((cues(&log), log.refused.nonsense), (Some(TEAM_MAX + 1), 1));
 }
