@@ -462,13 +462,10 @@ impl Agent {
 
     /// Whose picture counts before ours.
     fn counting(&self, now: i64) -> Option<&Peer> {
+        let ours = (self.log.time(self.history.since), self.id);
         let first = |peer: &&Peer| (peer.knowledge.since, peer.uav);
-        let counts = |peer: &&Peer| peer.passed_over_until <= now;
-        self.log
-            .telling(now)
-            .filter(counts)
-            .min_by_key(first)
-            .filter(|peer| first(peer) < (self.log.time(self.history.since), self.id))
+        let telling = self.log.telling(now).filter(|peer| peer.passed_over_until <= now);
+        telling.min_by_key(first).filter(|peer| first(peer) < ours)
     }
 
     /// Whether the picture that counts is another one than ours: then this is what to ask.
