@@ -123,6 +123,7 @@ impl Watched {
             self.replay.add(part);
         }
         self.head.events_left_out = self.encoder.events_left_out();
+        self.head.other_events_left_out = self.encoder.other_events_left_out();
         tell_left_out(self.head.events_left_out, &note);
         (self.head.outcome, self.head.live) = (outcome, false);
         self.replay.finish(&self.head).map_err(Failure::running)

@@ -46,7 +46,9 @@ pub fn tell(dir: &Path, place: &Path, choice: Choice, say: Say) -> Result<Told, 
     let mut scorer = Scorer::new(rules.clone(), choice);
     let rows = record.target_rows().map_err(of_record)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
-    let (mut encoder, mut parts) = (Encoder::new(&rules, stride), Vec::new());
+    let own_rows = record.agent_track_rows().map_err(of_record)?;
+    let pictures = usize::try_from(own_rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
+    let (mut encoder, mut parts) = (Encoder::new(&rules, stride).with_pictures_every(pictures), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(of_record)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
@@ -83,6 +85,7 @@ pub fn tell(dir: &Path, place: &Path, choice: Choice, say: Say) -> Result<Told, 
     head.map = Maps::default().of_record(&record, say)?;
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
     head.events_left_out = encoder.events_left_out();
+    head.other_events_left_out = encoder.other_events_left_out();
     let save = |name: &str, text: &str| {
         disk::save_quickly(&dir.join(name), text).map_err(|reason| {
             let (path, place) = (text::path(&place.join(name)), text::path(place));

@@ -143,6 +143,9 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     for (number, part) in parts.iter().enumerate() {
         put(&mut page, &format!("overview-{number}"), &part.overview);
         put(&mut page, &format!("detail-{number}"), &part.detail);
+        if let Some(pictures) = &part.pictures {
+            put(&mut page, &format!("pictures-{number}"), pictures);
+        }
     }
     if let Some(map) = &head.map {
         put(&mut page, "map", map);

@@ -9,6 +9,10 @@
 //! directory: {"times_us": [...], "events": [...], "tables": [{"name", "columns": [...], "ids": [...]}]}
 //! ```
 //!
+//! Where minds are several, `tracks`, `groups` and `uavs` are of the UAV of lowest id whose computer is on; overviews have
+//! tables `minds` and `team-UAV`, too, events have `by`, and a part has a third half, its *pictures*: tables `tracks-UAV` and
+//! `groups-UAV` of the other minds, which `minds.rs` tells.
+//!
 //! An overview's directory has `"bounds_m": [west, south, east, north]`, too, of all that its instants show: UAVs, orbits,
 //! and where targets are and are thought to be; it is absent where there is nothing.
 //! A table holds single-precision numbers, NaN for what there is not; `table.rs` tells how they lie. SI units, world
@@ -17,6 +21,7 @@
 mod encoder;
 mod growing;
 mod head;
+mod minds;
 mod part;
 mod table;
 #[cfg(test)]

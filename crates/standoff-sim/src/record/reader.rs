@@ -98,6 +98,11 @@ impl Record {
         Ok(tracks.max(self.table::<TruthRow>()?.rows()))
     }
 
+    /// Rows of the tracks of all minds, where they are several.
+    pub fn agent_track_rows(&self) -> Result<u64, RecordError> {
+        if self.has_agents() { Ok(self.table::<OfAgent<TrackRow>>()?.rows()) } else { Ok(0) }
+    }
+
     /// Looks at every row of the UAVs, and at nothing else.
     pub fn each_uav(&self, mut look: impl FnMut(&UavRow)) -> Result<(), RecordError> {
         let mut table = self.table::<UavRow>()?;

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{separations, wanted_separation_rad};
-use standoff_sim::record::{EventAllowance, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::record::{Agents, EventAllowance, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::score::{Custody, Judge, Judged, PositionBound, Rules};
 
+use super::minds::{Crews, Pictures};
 use super::part::{Bounds, Event, half};
 use super::table::Table;
 use crate::colours::GroupColours;
@@ -84,17 +85,8 @@ columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is
     cov_x_x: track.map(|track| track.covariance[0]),
     cov_x_y: track.map(|track| track.covariance[3]),
     cov_y_y: track.map(|track| track.covariance[15]),
-    status: track.map(|track| match track.status {
-        TrackStatus::Cued => 0.0,
-        TrackStatus::Held => 1.0,
-        TrackStatus::Coasting => 2.0,
-    }),
-    place: track.map(|track| match track.place {
-        Place::Unassigned => 0.0,
-        Place::Member => 1.0,
-        Place::Dwell => 2.0,
-        Place::Discarded => 3.0,
-    }),
+    status: track.map(|track| status_code(track.status)),
+    place: track.map(|track| place_code(track.place)),
     group: track.and_then(|track| track.group).map(f64::from),
     to_group: track.and_then(|track| track.to_group).map(f64::from),
     // worked out
@@ -102,15 +94,34 @@ columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is
     detections: Some(f64::from(detected)),
 } }
 
+pub(super) fn status_code(status: TrackStatus) -> f64 {
+    match status {
+        TrackStatus::Cued => 0.0,
+        TrackStatus::Held => 1.0,
+        TrackStatus::Coasting => 2.0,
+    }
+}
+
+pub(super) fn place_code(place: Place) -> f64 {
+    match place {
+        Place::Unassigned => 0.0,
+        Place::Member => 1.0,
+        Place::Dwell => 2.0,
+        Place::Discarded => 3.0,
+    }
+}
+
 /// Turns the frames of a run into parts.
 #[derive(Debug)]
 pub struct Encoder {
     judge: Judge,
     separation_rad: f64,
     stride: usize,
+    pictures_stride: usize,
     bound: Option<PositionBound>,
     colours: GroupColours,
     allowance: EventAllowance,
+    others_allowance: EventAllowance,
     draft: Draft,
 }
 
@@ -121,6 +132,8 @@ pub struct Part {
     pub overview: Bytes,
     /// Targets.
     pub detail: Bytes,
+    /// Tracks and groups of the other minds, where there are several.
+    pub pictures: Option<Bytes>,
 }
 
 /// A part in the making.
@@ -134,6 +147,8 @@ struct Draft {
     uavs: Table,
     groups: Table,
     targets: Table,
+    crews: Crews,
+    pictures: Pictures,
 }
 
 impl Encoder {
@@ -144,17 +159,31 @@ impl Encoder {
             judge: Judge::new(rules.clone()),
             separation_rad: rules.separation_rad,
             stride: stride.max(1),
+            pictures_stride: stride.max(1),
             bound: PositionBound::of(rules),
             colours: GroupColours::default(),
             allowance: EventAllowance::default(),
+            others_allowance: EventAllowance::default(),
             draft: Draft::new(),
         }
+    }
+
+    /// Tells pictures of other minds only where there is a detail, and of these only every `pictures`-th of a part (at least 1).
+    #[must_use]
+    pub fn with_pictures_every(self, pictures: usize) -> Self {
+        Self { pictures_stride: self.stride.saturating_mul(pictures.max(1)), ..self }
     }
 
     /// How many of the run's events are in no part, because they are too many for a page.
     #[must_use]
     pub fn events_left_out(&self) -> u64 {
         self.allowance.left_out()
+    }
+
+    /// How many of those events that only other minds tell of are in no part.
+    #[must_use]
+    pub fn other_events_left_out(&self) -> u64 {
+        self.others_allowance.left_out()
     }
 
     /// Takes in the next frame; gives a part when one is full.
@@ -172,7 +201,12 @@ impl Encoder {
         let draft = &mut self.draft;
         draft.times_us.push(frame.time_us);
         let told = frame.events.iter().filter(|row| self.allowance.takes(row, None));
-        draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
+        if frame.agents.all.is_empty() {
+            draft.events.extend(told.map(|row| Event::of(frame.time_us, row)));
+        } else {
+            draft.events.extend(by_minds(frame, told, &mut self.others_allowance));
+        }
+        draft.crews.next_instant(frame);
         draft.bounds.take(frame);
         draft.run.next_instant();
         draft.run.put(0, &run(&judged.custody()));
@@ -193,6 +227,9 @@ impl Encoder {
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
             draft.detail(frame, &judged);
         }
+        if (draft.times_us.len() - 1).is_multiple_of(self.pictures_stride) {
+            draft.pictures.next_instant(frame);
+        }
     }
 
     /// What there is since the last part; `None` if nothing. The next part begins after it.
@@ -205,10 +242,12 @@ impl Encoder {
     /// The part that is being filled as it is so far, and of how many instants it is; `None` if of none.
     #[must_use]
     pub fn so_far(&self) -> Option<(Part, usize)> {
-        let Draft { times_us, detail_times_us, events, bounds, run, uavs, groups, targets } = &self.draft;
+        let Draft { times_us, detail_times_us, events, bounds, run, uavs, groups, targets, crews, pictures } =
+            &self.draft;
         let part = || Part {
-            overview: half(times_us, bounds.told_m(), events, &[run, uavs, groups]),
-            detail: half(detail_times_us, None, &[], &[targets]),
+            overview: half(times_us, bounds.told_m(), events, [run, uavs, groups].into_iter().chain(crews.tables())),
+            detail: half(detail_times_us, None, &[], [targets]),
+            pictures: crews.tables().next().map(|_| half(&pictures.times_us, None, &[], pictures.tables())),
         };
         (!times_us.is_empty()).then(|| (part(), times_us.len()))
     }
@@ -225,12 +264,15 @@ impl Draft {
             uavs: Table::new("uavs", &UAV),
             groups: Table::new("groups", &GROUP),
             targets: Table::new("targets", &TARGET),
+            crews: Crews::new(),
+            pictures: Pictures::default(),
         }
     }
 
     fn is_full(&self) -> bool {
-        let Self { uavs, groups, targets, .. } = self;
-        self.times_us.len() >= INSTANTS || [uavs.rows(), groups.rows(), targets.rows()].iter().any(|&rows| rows >= ROWS)
+        let Self { uavs, groups, targets, crews, pictures, .. } = self;
+        let rows = [uavs.rows(), groups.rows(), targets.rows(), crews.rows()];
+        self.times_us.len() >= INSTANTS || rows.iter().any(|&rows| rows >= ROWS) || pictures.is_full()
     }
 
     /// The rows of targets stay bounded even if all of the frame's are new to the part.
@@ -255,6 +297,39 @@ impl Draft {
             self.targets.put(id, &target(truth(id), track(id), judged.in_view(id), seen));
         }
     }
+}
+
+/// The events of an instant, each beside the minds that tell it: first those of the run's own picture that are `told`.
+fn by_minds<'a>(
+    frame: &'a Frame,
+    told: impl Iterator<Item = &'a EventRow>,
+    allowance: &mut EventAllowance,
+) -> Vec<Event> {
+    let Agents { all, events, .. } = &frame.agents;
+    let first = all.first().map(|mind| mind.agent);
+    let mut own = events.iter().filter(|of| Some(of.agent) == first).peekable();
+    let mut found: Vec<Event> = Vec::new();
+    for row in told {
+        let mut event = Event::of(frame.time_us, row);
+        match own.next_if(|of| of.event == *row) {
+            Some(of) => event.told_by(of),
+            None => event.by.extend(first),
+        }
+        found.push(event);
+    }
+    let shown = found.len();
+    for of in events.iter().filter(|of| Some(of.agent) != first) {
+        let mut event = Event::of(frame.time_us, &of.event);
+        event.told_by(of);
+        if let Some(same) = found.iter_mut().find(|other| other.is_same(&event) && !other.by.contains(&of.agent)) {
+            same.by.push(of.agent);
+        } else if allowance.takes(&of.event, None) {
+            found.push(event);
+        }
+    }
+    // What all tell comes first, then by mind.
+    found[shown..].sort_by_key(|event| event.by[0]);
+    found
 }
 
 /// The phase separation of each group that is furthest from what is wanted, and what is wanted, rad.

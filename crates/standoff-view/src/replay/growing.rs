@@ -79,7 +79,7 @@ impl Replay {
         self.feed.clone()
     }
 
-    /// What lies at `head.json`, `map.json`, `overview/N` and `detail/N`.
+    /// What lies at `head.json`, `map.json`, `overview/N`, `detail/N` and `pictures/N`.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<Answer> {
         let held = self.held();
@@ -97,6 +97,7 @@ impl Replay {
         let body = match half {
             "overview" => &part.overview,
             "detail" => &part.detail,
+            "pictures" => part.pictures.as_ref()?,
             _ => return None,
         };
         // Another run may be served at the same address later: nothing is kept by browsers.

@@ -45,6 +45,9 @@ pub struct Head {
     /// How many of the run's events are in no part, because they are too many for a page.
     #[serde(skip_serializing_if = "is_none")]
     pub events_left_out: u64,
+    /// The same of events that only other minds tell of.
+    #[serde(skip_serializing_if = "is_none")]
+    pub other_events_left_out: u64,
 }
 
 fn is_none(events: &u64) -> bool {
@@ -90,6 +93,7 @@ impl Head {
             live: false,
             unfinished: manifest.unfinished,
             events_left_out: 0,
+            other_events_left_out: 0,
         }
     }
 

@@ -5,7 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
-use standoff_sim::record::{EventRow, Frame};
+use standoff_sim::record::{AgentEventRow, EventRow, Frame};
 
 use super::table::{Directory, Table};
 use crate::serve::Bytes;
@@ -20,12 +20,35 @@ pub(super) struct Event {
     to_group: Option<u32>,
     uavs: Vec<u32>,
     reason: String,
+    /// Where minds are several: those that tell it, when it happened by theirs if that is another time, and whether it may
+    /// still turn out otherwise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) by: Vec<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    happened_us: Option<i64>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    provisional: bool,
 }
 
 impl Event {
     pub(super) fn of(time_us: i64, row: &EventRow) -> Self {
         let EventRow { kind, target, group, to_group, uavs, .. } = row.clone();
-        Self { time_us, kind, target, group, to_group, uavs, reason: row.why() }
+        let reason = row.why();
+        Self { time_us, kind, target, group, to_group, uavs, reason, by: Vec::new(), happened_us: None, provisional: false }
+    }
+
+    /// A mind tells it.
+    pub(super) fn told_by(&mut self, of: &AgentEventRow) {
+        self.by.push(of.agent);
+        self.happened_us = Some(of.happened_us).filter(|happened_us| *happened_us != self.time_us);
+        self.provisional = of.provisional;
+    }
+
+    /// It says the same, whoever tells it.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let words = |event: &Self| (event.time_us, event.happened_us, event.provisional, event.target, event.group);
+        words(self) == words(other)
+            && (self.to_group, &self.kind, &self.uavs, &self.reason) == (other.to_group, &other.kind, &other.uavs, &other.reason)
     }
 }
 
@@ -70,7 +93,13 @@ struct Contents<'a> {
 }
 
 /// Gzip of it all.
-pub(super) fn half(times_us: &[i64], bounds_m: Option<[f64; 4]>, events: &[Event], tables: &[&Table]) -> Bytes {
+pub(super) fn half<'a>(
+    times_us: &[i64],
+    bounds_m: Option<[f64; 4]>,
+    events: &[Event],
+    tables: impl IntoIterator<Item = &'a Table>,
+) -> Bytes {
+    let tables: Vec<&Table> = tables.into_iter().collect();
     let contents =
         Contents { times_us, bounds_m, events, tables: tables.iter().map(|table| table.directory()).collect() };
     let directory = serde_json::to_vec(&contents).unwrap_or_default();

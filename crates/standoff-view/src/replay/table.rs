@@ -1,5 +1,6 @@
 //! A table of numbers over time, small when compressed.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -7,7 +8,7 @@ use serde::Serialize;
 /// What objects had at the instants of a part: a row of single-precision numbers each, NaN for what there was not.
 #[derive(Debug)]
 pub(super) struct Table {
-    name: &'static str,
+    name: Cow<'static, str>,
     columns: &'static [&'static str],
     instants: usize,
     /// Row after row.
@@ -17,14 +18,19 @@ pub(super) struct Table {
 /// How the page finds its way in a table's bytes.
 #[derive(Debug, Serialize)]
 pub(super) struct Directory {
-    name: &'static str,
+    name: Cow<'static, str>,
     columns: Vec<&'static str>,
     ids: Vec<u32>,
 }
 
 impl Table {
     pub(super) fn new(name: &'static str, columns: &'static [&'static str]) -> Self {
-        Self { name, columns, instants: 0, objects: BTreeMap::new() }
+        Self { name: name.into(), columns, instants: 0, objects: BTreeMap::new() }
+    }
+
+    /// A table that begins at the how many'th instant of its part, at least the first: it had nothing before.
+    pub(super) fn at(name: String, columns: &'static [&'static str], instants: usize) -> Self {
+        Self { name: name.into(), columns, instants, objects: BTreeMap::new() }
     }
 
     /// Begins the next instant.
@@ -52,7 +58,7 @@ impl Table {
     }
 
     pub(super) fn directory(&self) -> Directory {
-        Directory { name: self.name, columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
+        Directory { name: self.name.clone(), columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
     }
 
     /// Column by column, object by object, instant by instant: the difference of each number's bits from those of the
@@ -78,7 +84,7 @@ impl Table {
 }
 
 /// Single precision, one bit pattern for every NaN; too large a number is none.
-fn single(value: Option<f64>) -> f32 {
+pub(super) fn single(value: Option<f64>) -> f32 {
     value.map(|value| value as f32).filter(|value| value.is_finite()).unwrap_or(f32::NAN)
 }
 
