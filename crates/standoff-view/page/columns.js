@@ -47,6 +47,17 @@ const TARGET_COLUMNS = [
   ["detections", "Seen by", (target) => `${target.detections}`, "How many UAVs measured it at this instant"],
 ];
 
+/** What is said of minds, where they are several. */
+const MIND_COLUMNS = [
+  ["id", "Mind", (mind) => `UAV ${mind.id}`, "The UAV whose mind it is"],
+  ["hears", "Does not hear", (mind) => (mind.is_on ? mind.unheard : "off"),
+    "UAVs that it does not hear, and how old its newest report of each is; off: its computer is off"],
+  ["crews", "Who serves what, by it", (mind) => mind.crews,
+    "Which group each UAV serves, by this mind; after a group's number when it was founded, which tells two of one number apart"],
+  ["agrees", "Agrees with", (mind) => mind.agrees, "Minds by which the same UAVs serve the same groups"],
+  ["lag_s", "Certain (s ago)", (mind) => fixed(mind.lag_s, 1), "What it believes up to so long ago cannot change any more"],
+];
+
 /** What only cards say, where there is more room. */
 const UAV_DETAILS = [
   ["heading_deg", "Heading (\u00b0)", (uav) => compass(uav.heading_rad), "Compass heading: 0 is north, 90 east"],

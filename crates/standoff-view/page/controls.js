@@ -25,6 +25,30 @@ function controls({ clock, film }) {
   live.setAttribute("aria-pressed", String(clock.following));
 }
 
+/** Whose picture is shown, where minds are several. */
+function pictureOf({ film }) {
+  const { minds } = film;
+  element("picture-of").hidden = !minds.isSeveral;
+  for (const name of MINDS_LAYERS) document.querySelector(`label[data-layer="${name}"]`).hidden = !minds.isSeveral;
+  const select = element("picture");
+  const wanted = [["", "lowest on"], ...minds.ids.map((uav) => [`${uav}`, `UAV ${uav}`])];
+  if (select.options.length !== wanted.length) select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  select.value = minds.chosen ?? "";
+}
+
+/** Says of whom the first choice is now. */
+function tellPicture({ film, clock }) {
+  const { minds } = film;
+  if (!minds.isSeveral) return;
+  const instant = film.instant(clock.time_s);
+  const first = minds.first(instant);
+  const words = first === null ? "none is on" : `UAV ${first}, the lowest on`;
+  const [option] = element("picture").options;
+  if (option && option.text !== words) option.text = words;
+  const charts = minds.chosen === null ? "" : `of groups: ${first === null ? "none" : `picture of UAV ${first}`}`;
+  if (element("charts-of").textContent !== charts) element("charts-of").textContent = charts;
+}
+
 /** Wires the controls, the pointer and the keyboard. */
 function connect(page) {
   const { clock, timeline, charts } = page;
@@ -67,6 +91,8 @@ function connect(page) {
   pressed("map-png", () => savePicture(page));
   connectFind(page);
   connectFilter(page);
+  const picture = element("picture");
+  picture.addEventListener("change", () => page.choosePicture(picture.value === "" ? null : Number(picture.value)));
   layers(page);
   tabs(document.querySelector("[role=tablist]"), (tab) => {
     if (tab.id === "tab-charts") charts.draw();
@@ -165,6 +191,8 @@ function layers(page) {
     const label = document.createElement("label");
     label.append(box, ` ${words}`);
     label.title = about;
+    label.dataset.layer = name;
+    label.hidden = MINDS_LAYERS.has(name);
     element("layers").append(label);
   }
   // It lies over other things: a click elsewhere and escape close it.

@@ -86,7 +86,7 @@ class Sieve {
     this.telling = film.events.filter(isUsual);
     this.events = film.events.filter(isWanted);
     /** Changes whenever other events are wanted, not when there are more of them. */
-    this.key = JSON.stringify([this.page.run.letter, kind, group, this.vehicle.value, this.routine.checked, object]);
+    this.key = JSON.stringify([this.page.run.letter, film.minds.chosen, kind, group, this.vehicle.value, this.routine.checked, object]);
   }
 
   /** Whether an event is of the vehicle in the field: `UAV 2`, a target, or part of the names of some. */
@@ -103,8 +103,10 @@ class Sieve {
   /** How many there are, in words. */
   count() {
     const { film } = this.page;
-    const left = film.head.events_left_out;
-    const more = left ? `; the run has ${counted(left)} more, later ones: they are in events.parquet only` : "";
+    const isOther = film.minds.chosen !== null;
+    const left = isOther ? film.head.other_events_left_out : film.head.events_left_out;
+    const file = isOther ? "agent_events.parquet" : "events.parquet";
+    const more = left ? `; the run has ${counted(left)} more, later ones: they are in ${file} only` : "";
     return `${counted(this.events.length)} of ${counted(film.events.length)} events${more}`;
   }
 }
@@ -317,5 +319,7 @@ function eventText(film, event) {
   const target = event.target === null ? "" : targetName(film, event.target);
   const uavs = event.target === null && event.uavs.length ? `UAV ${event.uavs.join(", ")}` : "";
   const who = [target || uavs, groups].filter(Boolean).join(", ");
-  return `${event.kind}${who ? ` \u2013 ${who}` : ""}: ${event.reason}`;
+  const when = event.happened_us === undefined ? "" : ` (at ${(event.happened_us / 1e6).toFixed(1)} s by its clock)`;
+  const likely = event.provisional ? " (provisional: it may still turn out otherwise)" : "";
+  return `${event.kind}${who ? ` \u2013 ${who}` : ""}: ${event.reason}${when}${likely}`;
 }

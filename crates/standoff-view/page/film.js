@@ -71,24 +71,72 @@ function lastNotAfter(times_s, time_s) {
   return low - 1;
 }
 
-/** A replay as far as it has been loaded: every overview, and the details around what is shown. */
-class Film {
-  /** How many details are kept. */
+/** Halves of one kind around what is shown: those that are wanted are loaded, and the newest kept. */
+class Shelf {
+  /** How many are kept. */
   static KEPT = 12;
 
+  constructor(film, kind) {
+    this.film = film;
+    this.kind = kind;
+    /** By part: the half, and how many instants the overview had when it was asked for. */
+    this.halves = new Map();
+    this.wanted = [];
+    this.loading = false;
+  }
+
+  want(parts) {
+    this.wanted = parts;
+    this.load();
+  }
+
+  /** Loads what is wanted and is not there, or has become more; one at a time: what was only passed by is not loaded. */
+  async load() {
+    const { film } = this;
+    const size = (part) => film.parts[part]?.times_s.length ?? 0;
+    const part = this.wanted.find((part) => (this.halves.get(part)?.instants ?? 0) < size(part));
+    if (part === undefined || this.loading) return;
+    this.loading = true;
+    const instants = size(part);
+    let half;
+    try {
+      half = await film.source.half(this.kind, part);
+    } catch {
+      // The next picture asks for it again; where time stands still, there is one in a second.
+      setTimeout(() => film.loaded?.(), 1000);
+    }
+    this.loading = false;
+    if (half) {
+      this.keep(part, { half, instants });
+      this.load();
+    }
+  }
+
+  keep(part, held) {
+    this.halves.delete(part);
+    this.halves.set(part, held);
+    const old = [...this.halves.keys()].filter((other) => Math.abs(other - part) > 1);
+    for (const other of old.slice(0, Math.max(0, this.halves.size - Shelf.KEPT))) this.halves.delete(other);
+    this.film.loaded?.();
+  }
+}
+
+/** A replay as far as it has been loaded: every overview, and the details around what is shown. */
+class Film {
   constructor(source, head) {
     this.source = source;
     this.head = head;
     this.parts = [];
     this.starts = [];
     this.times_s = [];
+    /** Of all minds, and of the one whose picture is shown. */
+    this.allEvents = [];
     this.events = [];
-    /** By part: the detail, and how many instants the overview had when it was asked for. */
-    this.details = new Map();
-    this.wanted = [];
+    this.shelf = new Shelf(this, "detail");
+    this.details = this.shelf.halves;
+    this.minds = new Minds(this);
     /** The newest instant is being looked at: its detail is loaded first. */
     this.followed = false;
-    this.loading = false;
     this.ids = { uavs: [], groups: [] };
     /** By group: which of the palette's colours it has. */
     this.colours = new Map();
@@ -98,18 +146,18 @@ class Film {
   /** Takes in the overview of a part: of the next one, or more of the last one. */
   put(index, half) {
     // Events only ever come in: those that are known stay the same objects.
-    const known = this.events.filter((event) => event.part === index);
+    const known = this.allEvents.filter((event) => event.part === index);
     if (index < this.parts.length) {
       this.parts.length = index;
       this.times_s.length = this.starts[index];
       this.starts.length = index;
-      this.events = this.events.filter((event) => event.part < index);
+      this.allEvents = this.allEvents.filter((event) => event.part < index);
     }
     this.starts.push(this.times_s.length);
     this.parts.push(half);
     for (const time_s of half.times_s) this.times_s.push(time_s);
     half.events.forEach((event, place) => {
-      this.events.push(known[place] ?? { ...event, part: index, time_s: event.time_us / 1e6 });
+      this.allEvents.push(known[place] ?? { ...event, part: index, time_s: event.time_us / 1e6 });
     });
     for (const name of ["uavs", "groups"]) {
       const known = new Set(this.ids[name]);
@@ -121,7 +169,14 @@ class Film {
       const told = columns.get("colour").subarray(place * instants, (place + 1) * instants);
       this.colours.set(id, told.find((colour) => !Number.isNaN(colour)));
     }
+    this.minds.put(half);
+    this.tellEvents();
     this.loaded?.();
+  }
+
+  /** Another mind's picture is shown. */
+  tellEvents() {
+    this.events = this.minds.isSeveral ? this.allEvents.filter((event) => this.minds.tells(event)) : this.allEvents;
   }
 
   get end_s() {
@@ -147,7 +202,7 @@ class Film {
   value(table, column, id, instant) {
     if (instant < 0 || instant >= this.times_s.length) return NaN;
     const part = this.part(instant);
-    return this.parts[part].tables[table].value(column, id, instant - this.starts[part]);
+    return this.parts[part].tables[table]?.value(column, id, instant - this.starts[part]) ?? NaN;
   }
 
   /** A column of one object over all instants. */
@@ -169,8 +224,7 @@ class Film {
   detail(time_s) {
     const part = this.part(this.instant(time_s));
     const last = this.parts.length - 1;
-    this.wanted = this.followed && last > part + 1 ? [last] : [part, part + 1];
-    this.load();
+    this.shelf.want(this.followed && last > part + 1 ? [last] : [part, part + 1]);
     return this.isWhole(time_s) ? this.details.get(part).half : undefined;
   }
 
@@ -210,35 +264,6 @@ class Film {
       return next?.times_s.length ? next : undefined;
     }
     return undefined;
-  }
-
-  /** Loads what is wanted and is not there, or has become more; one at a time: what was only passed by is not loaded. */
-  async load() {
-    const size = (part) => this.parts[part]?.times_s.length ?? 0;
-    const part = this.wanted.find((part) => (this.details.get(part)?.instants ?? 0) < size(part));
-    if (part === undefined || this.loading) return;
-    this.loading = true;
-    const instants = size(part);
-    let half;
-    try {
-      half = await this.source.half("detail", part);
-    } catch {
-      // The next picture asks for it again; where time stands still, there is one in a second.
-      setTimeout(() => this.loaded?.(), 1000);
-    }
-    this.loading = false;
-    if (half) {
-      this.keep(part, { half, instants });
-      this.load();
-    }
-  }
-
-  keep(part, held) {
-    this.details.delete(part);
-    this.details.set(part, held);
-    const old = [...this.details.keys()].filter((other) => Math.abs(other - part) > 1);
-    for (const other of old.slice(0, Math.max(0, this.details.size - Film.KEPT))) this.details.delete(other);
-    this.loaded?.();
   }
 }
 

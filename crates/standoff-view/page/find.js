@@ -104,7 +104,8 @@ async function savePicture({ map, film, clock }) {
   pen.fillStyle = ink;
   pen.textBaseline = "middle";
   const time = `${clock.time_s.toFixed(1)} s`;
-  pen.fillText(runName(film.head), 10, height + strip / 2, width - 100);
+  const whose = film.minds.isSeveral ? `, ${pictureWords(film, film.instant(clock.time_s))}` : "";
+  pen.fillText(`${runName(film.head)}${whose}`, 10, height + strip / 2, width - 100);
   pen.textAlign = "right";
   pen.fillText(time, width - 10, height + strip / 2);
   const picture = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));

@@ -13,11 +13,16 @@ const LAYERS = [
     drawDesired],
   ["flown", "Orbits as flown", true, "A UAV's last turn relative to its group's centre, drawn about the centre of now", drawFlown],
   ["views", "Fields of view", true, "What the sensor of each UAV looks at, in the colour of the group that it serves", drawViews],
+  ["radio", "Who hears whom", true, "A line: each hears the other; an arrow: only the UAV it points to hears the other; red dots: neither", drawRadio],
   ["ellipses", "95 % ellipses", true, "Hold a target with 95 % probability if the filter is right; faint for targets in no group",
     drawEllipses],
   ["vectors", "Velocity vectors", true, `Where things will be in ${AHEAD_S} s: targets straight on at their estimated velocity, ` +
     "UAVs at their speed and turn rate", drawVectors],
   ["tracks", "Tracks", true, "Where the team thinks that targets are; the marks are explained under Keys", drawTracks],
   ["uavs", "UAVs", true, "Nose along the heading; a cross is the last known place of one that has dropped out", drawUavs],
+  ["silence", "Silent UAVs", true, "For the one whose picture is shown: where a UAV that it does not hear is, and where it was last heard", drawSilence],
   ["names", "Names", true, "Where there is no room, those with nothing to note go first", drawNames],
 ];
+
+/** Layers that are only there where minds are several. */
+const MINDS_LAYERS = new Set(["radio", "silence"]);

@@ -4,7 +4,7 @@
 const LONGEST_NAME = 100;
 
 /** What a link may say. */
-const KEYS = ["t", "run", "uav", "group", "target", "follow"];
+const KEYS = ["t", "run", "picture", "uav", "group", "target", "follow"];
 
 class Link {
   constructor(page) {
@@ -21,6 +21,8 @@ class Link {
       .map(([key]) => `says ${short(key)}, which is not known here, or twice`);
     const run = page.runs.find(({ letter }) => page.pair && letter.toLowerCase() === asked.get("run"));
     if (run) page.show(run);
+    const picture = this.picture(asked, told);
+    if (picture !== page.film.minds.chosen) page.choosePicture(picture);
     if (asked.has("t")) this.seek(asked.get("t"), told);
     const object = this.object(asked, told);
     if (object) page.choice.choose(object);
@@ -44,6 +46,19 @@ class Link {
     told.push(`asks for ${short(text)} s, and ${range}: this is the nearest`);
   }
 
+  /** The UAV whose picture the address asks for; `null`, if for none that there is. */
+  picture(asked, told) {
+    if (!asked.has("picture")) return null;
+    const text = asked.get("picture");
+    const { minds } = this.page.film;
+    const uav = minds.ids.find((id) => String(id) === text);
+    if (uav === undefined) {
+      const why = minds.isSeveral ? "which this run does not have" : "and in this run one mind thinks for all";
+      told.push(`asks for the picture of UAV ${short(text) || "(nothing)"}, ${why}`);
+    }
+    return uav ?? null;
+  }
+
   /** The first object that the address names, if there is one in this run. */
   object(asked, told) {
     const { film } = this.page;
@@ -63,6 +78,7 @@ class Link {
     const object = [choice.object, choice.followed].find((one) => one?.id !== undefined);
     const asked = new URLSearchParams({ t: String(Number(clock.time_s.toFixed(3))) });
     if (this.page.pair) asked.set("run", this.page.run.letter.toLowerCase());
+    if (film.minds.chosen !== null) asked.set("picture", film.minds.chosen);
     if (object) asked.set(object.kind, object.kind === "target" ? targetWord(film, object.id) : object.id);
     if (object && objectWord(object) === objectWord(choice.followed)) asked.set("follow", "1");
     return `#${asked}`;

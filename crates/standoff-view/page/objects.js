@@ -61,9 +61,30 @@ function account(run, object) {
     return { title, what: "Target", facts: [...told(TARGET_COLUMNS, target), ...more] };
   }
   if (object.kind === "group") return { title, what: groupWords(one, object.part), facts: told(GROUP_COLUMNS, one) };
-  const facts = told([...UAV_COLUMNS, ...UAV_DETAILS], one);
+  const facts = [...told([...UAV_COLUMNS, ...UAV_DETAILS], one), ...mindFacts(film, one)];
   if (object.part === "view") return { title, what: viewWords(film), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
   return { title, what: one.out ? `${outWords(one)}: nobody hears it, and its sensor points nowhere` : "UAV", facts };
+}
+
+/** What a UAV's card says of its mind, where minds are several. */
+function mindFacts(film, { id, mind }) {
+  if (!mind) return [];
+  const { instant, shown, owner } = mind;
+  const facts = [];
+  if (shown) {
+    const age = Number.isNaN(shown.age_s) ? "" : `, newest report ${shown.age_s.toFixed(1)} s old`;
+    facts.push([`For UAV ${owner}`, `${shown.presence}${age}`, "What the UAV whose picture is shown takes it for", "presence"]);
+  }
+  if (!mind.is_on) return [...facts, ["Computer", "off", "It hears nobody, and nobody hears it", "computer"]];
+  const flown = mind.group === null ? "none" : `${mind.group}`;
+  return [
+    ...facts,
+    ["Serves, by itself", flown, "The group that it serves by its own mind, by its own number: what it flies", "own_group"],
+    ["Does not hear", film.minds.unheard(id, instant).map((other) => `UAV ${other.uav} (${other.presence})`).join(", ") || "none: it hears all",
+      "UAVs that are not live to it", "hears"],
+    ["Newest reports", agesWords(film, id, instant), "How old its newest report of each other UAV is", "ages"],
+    ["Certain (s ago)", fixed(mind.lag_s, 1), "What it believes up to so long ago cannot change any more", "lag_s"],
+  ];
 }
 
 function groupWords(group, part) {

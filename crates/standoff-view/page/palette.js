@@ -42,7 +42,7 @@ function uavColour(film, id) {
 
 function groupColour(film, id) {
   const { groups, none } = palette();
-  return id === null ? none : groups[(film.colours.get(id) ?? 0) % groups.length];
+  return id === null ? none : groups[(film.colours.get(id) ?? id) % groups.length];
 }
 
 /** The same colour, translucent. */

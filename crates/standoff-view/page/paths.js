@@ -51,6 +51,8 @@ function drawTrails(map, { pen, scene }) {
 /** Where the tracks of targets in sight have been in the last minute, as far as that has been loaded. */
 function drawTargetTrails(map, { pen, scene }) {
   const { film, camera } = map;
+  // Of another mind's picture the page holds what there is, not what there was.
+  if (film.minds.isOther(film.instant(scene.time_s))) return;
   const seen = map.drawn.filter(({ target }) => target.tracked);
   if (!seen.length) return;
   const times = [];
@@ -103,6 +105,7 @@ function drawDesired(map, { pen, scene }) {
 /** Where the UAVs of a group have been relative to its centre, drawn about its centre of now. */
 function drawFlown(map, { pen, scene }) {
   const { film, choice, camera } = map;
+  if (film.minds.isOther(film.instant(scene.time_s))) return;
   pen.lineWidth = 1.25;
   pen.setLineDash([2, 4]);
   for (const uav of scene.uavs) {

@@ -17,9 +17,18 @@ class Page {
     this.run = run;
     this.pair.shown(before);
     follows(this);
+    pictureOf(this);
     this.choice.tell();
     this.timeline.renew();
     this.charts.draw();
+  }
+
+  /** Shows the picture of a UAV; with `null` that of the one of lowest id whose computer is on. */
+  choosePicture(uav) {
+    this.film.minds.choose(uav);
+    pictureOf(this);
+    this.timeline.renew();
+    this.renew();
   }
 
   get film() {
@@ -98,6 +107,7 @@ function pictures(page) {
       charts.follow();
       timeline.follow();
       state.tell(clock.time_s);
+      tellPicture(page);
       // Tables are for reading: a few times a second, and always when time stands still.
       if (!clock.playing || now_ms - told_ms > 200) {
         told_ms = now_ms;
@@ -152,6 +162,7 @@ function load(page, run, drawCharts) {
       page.timeline.renew();
       follows(page);
       filters(page);
+      pictureOf(page);
       controls(page);
       if (!page.film.parts.length) return;
       run.isBegun = true;
@@ -193,6 +204,7 @@ function summary(film, scene) {
   const lost = targets.filter((target) => target.out_of_view).length;
   return (
     `Map at ${scene.time_s.toFixed(1)} seconds: ${count(scene.uavs.length, "UAV")}, ${count(scene.groups.length, "group")}, ` +
-    `${count(targets.length, "target")}, ${lost ? `${lost} out of view` : "none out of view"}`
+    `${count(targets.length, "target")}, ${lost ? `${lost} out of view` : "none out of view"}` +
+    (film.minds.isSeveral ? `; ${pictureWords(film, film.instant(scene.time_s))}` : "")
   );
 }

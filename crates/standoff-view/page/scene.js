@@ -12,6 +12,8 @@ function idOf(value) {
 function uavsAt(film, time_s) {
   const { instant, share } = placeOf(film.times_s, time_s);
   const found = [];
+  const { minds } = film;
+  const owner = minds.isSeveral ? minds.owner(instant) : undefined;
   for (const id of film.ids.uavs) {
     const now = (column) => film.value("uavs", column, id, instant);
     const then = (column) => film.value("uavs", column, id, instant + 1);
@@ -23,7 +25,8 @@ function uavsAt(film, time_s) {
       y_m: between(now("y_m"), then("y_m"), share),
       heading_rad: swung("heading_rad"),
       boresight_rad: Number.isNaN(now("boresight_rad")) ? NaN : swung("boresight_rad"),
-      group: idOf(now("group")),
+      group: owner === undefined ? idOf(now("group")) : owner === null ? null : minds.believed(owner, id, instant).group,
+      mind: minds.isSeveral ? mindAt(film, id, owner, instant) : null,
       speed_m_s: now("speed_m_s"),
       turn_rate_rad_s: now("turn_rate_rad_s"),
       turn_rate_limited: now("turn_rate_limited") === 1,
@@ -39,10 +42,23 @@ function uavsAt(film, time_s) {
   return found;
 }
 
-/** Groups at a time. */
+/** What there is of a UAV's mind, and of it in the picture that is shown. */
+function mindAt(film, id, owner, instant) {
+  const { minds } = film;
+  const shown = owner === null || owner === id ? null : minds.believed(owner, id, instant);
+  const own = (column) => film.value("minds", column, id, instant);
+  const is_on = minds.isOn(id, instant);
+  return {
+    instant, owner, is_on, shown, lag_s: own("lag_s"), disturbed: own("disturbed") === 1, group: idOf(own("group")),
+    is_unheard: shown !== null && UNHEARD.has(shown.presence),
+  };
+}
+
+/** Groups at a time; of another mind none while they are being loaded. */
 function groupsAt(film, time_s) {
   const { instant, share } = placeOf(film.times_s, time_s);
   const found = [];
+  if (film.minds.isOther(instant)) return otherGroupsAt(film, time_s);
   for (const id of film.ids.groups) {
     const now = (column) => film.value("groups", column, id, instant);
     const moved = (column) => between(now(column), film.value("groups", column, id, instant + 1), share);
@@ -66,10 +82,107 @@ function groupsAt(film, time_s) {
   return found;
 }
 
+/** Where another mind's picture is told about a time: its instant and the next one, and how far towards that it is. */
+function otherAt(film, time_s) {
+  const half = film.minds.pictures(time_s);
+  if (!half) return null;
+  const part = film.part(film.instant(time_s));
+  const start = film.starts[part];
+  const until_s = film.times_s[start + film.parts[part].times_s.length];
+  const { instant, share } = placeOf(until_s === undefined ? half.times_s : [...half.times_s, until_s], time_s);
+  const owner = film.minds.owner(film.instant(time_s));
+  // The first of the next part is not looked up: there things stand still for the last step.
+  const isLast = instant + 1 >= half.times_s.length;
+  const now_s = half.times_s[Math.min(instant, half.times_s.length - 1)];
+  return { half, owner, instant, next: isLast ? instant : instant + 1, share: isLast ? 0 : share, now_s };
+}
+
+/** A value of another mind: its own, or where it does not differ that of the run's own picture, which `shown` gives. */
+function otherValue(table, column, id, instant, shown) {
+  const own = table?.value("own", id, instant) ?? NaN;
+  if (Number.isNaN(own)) return shown();
+  return own === 1 ? table.value(column, id, instant) : NaN;
+}
+
+/** Groups of another mind. */
+function otherGroupsAt(film, time_s) {
+  const other = otherAt(film, time_s);
+  if (!other || other.owner === null) return [];
+  const table = other.half.tables[`groups-${other.owner}`];
+  const found = [];
+  for (const id of new Set([...film.ids.groups, ...(table?.ids ?? [])])) {
+    const at = (column, k) =>
+      otherValue(table, column, id, k, () => film.value("groups", column, id, film.instant(other.half.times_s[k])));
+    const now = (column) => at(column, other.instant);
+    const moved = (column) => between(now(column), at(column, other.next), other.share);
+    if (Number.isNaN(now("x_m"))) continue;
+    found.push({
+      id,
+      x_m: moved("x_m"),
+      y_m: moved("y_m"),
+      standoff_distance_m: moved("standoff_distance_m"),
+      shown_distance_m: now("standoff_distance_m"),
+      members: now("members"),
+      spread_m: now("spread_m"),
+      feasible: now("feasible") === 1,
+      separation_m: now("separation_m"),
+      phase_rad: NaN,
+      phase_wanted_rad: NaN,
+      position_error_m: NaN,
+      position_bound_m: NaN,
+    });
+  }
+  return found.sort((a, b) => a.id - b.id);
+}
+
+/** Where targets really are, and what another mind believes of them; `null` while that is being loaded. */
+function otherTargetsAt(film, time_s, detail) {
+  const other = otherAt(film, time_s);
+  if (!other) return null;
+  const { targets } = detail.tables;
+  const table = other.half.tables[`tracks-${other.owner}`];
+  const place = (k) => Math.max(0, lastNotAfter(detail.times_s, other.half.times_s[k]));
+  const found = [];
+  for (const id of new Set([...targets.ids, ...(table?.ids ?? [])])) {
+    const told = (column, k) => targets.value(column, id, place(k));
+    const believed = (column, k) =>
+      other.owner === null ? NaN : otherValue(table, column, id, k, () => told(column, k));
+    const at = (column) => believed(column, other.instant);
+    const truly = (column) => between(told(column, other.instant), told(column, other.next), other.share);
+    const moved = (column) => between(at(column), believed(column, other.next), other.share);
+    const there = !Number.isNaN(told("true_x_m", other.instant));
+    const tracked = !Number.isNaN(at("x_m"));
+    if (!there && !tracked) continue;
+    const group = idOf(at("group"));
+    const detections = told("detections", other.instant);
+    found.push({
+      id,
+      there,
+      tracked,
+      true_x_m: truly("true_x_m"),
+      true_y_m: truly("true_y_m"),
+      x_m: moved("x_m"),
+      y_m: moved("y_m"),
+      vx_m_s: at("vx_m_s"),
+      vy_m_s: at("vy_m_s"),
+      covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
+      status: tracked ? STATUS[at("status")] : null,
+      place: tracked ? PLACE[at("place")] : null,
+      group,
+      to_group: idOf(at("to_group")),
+      detections: Number.isNaN(detections) ? 0 : detections,
+      out_of_view: told("in_view", other.instant) === 0 && group !== null,
+      error_m: Math.hypot(at("x_m") - told("true_x_m", other.instant), at("y_m") - told("true_y_m", other.instant)),
+    });
+  }
+  return found.sort((a, b) => a.id - b.id);
+}
+
 /** Targets at a time; `null` while they are being loaded. */
 function targetsAt(film, time_s) {
   const detail = film.detail(time_s);
   if (!detail) return null;
+  if (film.minds.isOther(film.instant(time_s))) return otherTargetsAt(film, time_s, detail);
   const table = detail.tables.targets;
   const following = film.after(detail);
   const { instant, share } = placeOf(film.detailTimes(detail), time_s);
@@ -147,10 +260,10 @@ const OUTAGES = new WeakMap();
  * no sensor; but neither does one with nothing to look at: the team must have noticed.
  */
 function outages(film) {
-  const size = film.times_s.length + film.events.length;
+  const size = film.times_s.length + film.allEvents.length;
   if (OUTAGES.get(film)?.size === size) return OUTAGES.get(film).found;
   const found = [];
-  for (const { time_s, uavs } of film.events.filter((event) => event.kind === "uav-lost")) {
+  for (const { time_s, uavs } of film.allEvents.filter((event) => event.kind === "uav-lost")) {
     for (const uav of uavs) {
       const points = (instant) => !Number.isNaN(film.value("uavs", "boresight_rad", uav, instant));
       let [first, last] = [film.instant(time_s), film.instant(time_s)];
@@ -158,6 +271,7 @@ function outages(film) {
       while (first > 0 && !points(first - 1)) first -= 1;
       while (last + 1 < film.times_s.length && !points(last + 1)) last += 1;
       const [x_m, y_m] = ["x_m", "y_m"].map((column) => film.value("uavs", column, uav, first));
+      if (found.some((out) => out.uav === uav && out.since_s === film.times_s[first])) continue;
       const until_s = last + 1 < film.times_s.length ? film.times_s[last] : Infinity;
       found.push({ uav, since_s: film.times_s[first], until_s, x_m, y_m });
     }

@@ -26,7 +26,7 @@ class State {
     // Where it is cut off, a tap shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
     this.more = element("more");
-    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["targets", TARGET_COLUMNS]]) {
+    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["targets", TARGET_COLUMNS], ["minds", MIND_COLUMNS]]) {
       headings(element(id), columns);
       this[id] = element(id).tBodies[0];
       this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
@@ -61,6 +61,8 @@ class State {
     rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
     rows(this.targets, TARGET_COLUMNS, listed, isChosen("target"));
+    element("minds").hidden = !film.minds.isSeveral;
+    rows(this.minds, MIND_COLUMNS, mindRows(film, scene), isChosen("uav"));
     this.more.textContent = shown.length > listed.length ? `and ${shown.length - listed.length} more` : "";
     this.bring(choice.object);
     this.warn(scene, worst);
@@ -69,7 +71,8 @@ class State {
   /** A row chooses its object, or lets it go. */
   clicked(table, row) {
     const { choice } = this.page;
-    const object = row && { kind: table.slice(0, -1), id: Number(row.dataset.id) };
+    const kind = table === "minds" ? "uav" : table.slice(0, -1);
+    const object = row && { kind, id: Number(row.dataset.id) };
     if (object) choice.choose(choice.isChosen(object.kind, object.id) ? null : object);
   }
 
@@ -88,6 +91,7 @@ class State {
     for (const target of worst) kinds.set(concern(target), [...(kinds.get(concern(target)) ?? []), target.name]);
     // What is worst comes first: there may be no room for all.
     const told = scene.uavs.filter((uav) => uav.out).map(outWords);
+    told.push(...mindsWords(this.page.film, scene));
     for (const group of scene.groups) if (!group.feasible) told.push(`group ${group.id}: no feasible orbit`);
     for (const [what, names] of [...kinds].sort(([a], [b]) => CONCERNS.indexOf(a) - CONCERNS.indexOf(b))) {
       const some = names.slice(0, 3).join(", ");
@@ -136,6 +140,36 @@ class State {
     this.said = text;
     this.warning.textContent = this.warning.title = text;
   }
+}
+
+/** Every mind at the time shown. */
+function mindRows(film, scene) {
+  const { minds } = film;
+  const instant = film.instant(scene.time_s);
+  const parties = minds.parties(instant);
+  return minds.ids.map((id) => {
+    const is_on = minds.isOn(id, instant);
+    const party = parties.find((some) => some.includes(id)) ?? [];
+    const others = party.filter((uav) => uav !== id);
+    const agrees = !is_on ? "" : others.length ? `UAV ${others.join(", ")}` : "nobody";
+    const unheard = is_on && hearsWords(film, id, instant);
+    return {
+      id, is_on, unheard: unheard === "all" ? "none: it hears all" : unheard, crews: is_on ? crewsWords(film, id, instant) : "", agrees,
+      lag_s: film.value("minds", "lag_s", id, instant),
+    };
+  });
+}
+
+/** What nobody should miss of minds: whose picture is shown if another was chosen, who is silent for it, and that they differ. */
+function mindsWords(film, scene) {
+  const { minds } = film;
+  if (!minds.isSeveral) return [];
+  const instant = film.instant(scene.time_s);
+  const owner = minds.owner(instant);
+  const silent = scene.uavs.filter((uav) => uav.mind.is_unheard && !uav.out);
+  const whose = owner === null || minds.chosen !== null ? [pictureWords(film, instant)] : [];
+  const unheard = silent.length ? [`for UAV ${owner}: ${silent.map(({ id, mind }) => `UAV ${id} ${mind.shown.presence}`).join(", ")}`] : [];
+  return [...whose, ...unheard, differWords(film, instant)].filter(Boolean);
 }
 
 /** Fills a table's body, in place where it can, so that what is selected or focused stays. */

@@ -5,6 +5,14 @@ const BAR = 2;
 /** How far from the pointer an event may be, px. */
 const NEAR = 6;
 
+/** Kinds of stretches of time, in words. */
+const SPANS = {
+  differ: () => "minds differ in who serves which group",
+  silent: ({ minds }) => `somebody is silent for ${minds.chosen === null ? "the UAV whose picture is shown" : `UAV ${minds.chosen}`}`,
+  gone: ({ minds }) => `somebody is gone for ${minds.chosen === null ? "the UAV whose picture is shown" : `UAV ${minds.chosen}`}`,
+  off: ({ minds }) => (minds.chosen === null ? "every computer is off" : `the computer of UAV ${minds.chosen} is off`),
+};
+
 class Timeline {
   constructor(page) {
     this.page = page;
@@ -29,6 +37,10 @@ class Timeline {
     });
     this.marks.addEventListener("pointermove", (move) => this.hint(move.offsetX / pageZoom()));
     this.marks.addEventListener("pointerleave", () => (this.tip.hidden = true));
+    this.spans = element("spans");
+    this.spans.addEventListener("click", (click) => clock.seek(this.time(click.offsetX / pageZoom())));
+    this.spans.addEventListener("pointermove", (move) => this.hintSpans(move.offsetX / pageZoom()));
+    this.spans.addEventListener("pointerleave", () => (this.tip.hidden = true));
     new ResizeObserver(() => {
       this.strip();
       page.renew();
@@ -73,6 +85,25 @@ class Timeline {
     this.tip.hidden = !events.length;
     if (!events.length) return;
     this.tip.textContent = `${manyText(events)}\n${events[0].time_s.toFixed(1)} s ${eventText(this.film, events[0])}`;
+    this.placeTip(x);
+  }
+
+  /** Tells of the stretches of time under the pointer. */
+  hintSpans(x) {
+    const time_s = this.time(x);
+    const spans = this.film.minds.spans();
+    // A stretch that is narrower than a pixel can be pointed at, too.
+    const near_s = this.time(x + 1) - time_s;
+    const under = Object.keys(SPANS).flatMap((kind) =>
+      spans[kind].filter(({ from_s, until_s }) => from_s - near_s <= time_s && time_s < until_s + near_s).slice(0, 1).map((span) => ({ kind, span })));
+    this.tip.hidden = !under.length;
+    if (!under.length) return;
+    const words = ({ kind, span }) => `${span.from_s.toFixed(1)} to ${span.until_s.toFixed(1)} s: ${SPANS[kind](this.film)}`;
+    this.tip.textContent = under.map(words).join("\n");
+    this.placeTip(x);
+  }
+
+  placeTip(x) {
     const room = this.marks.clientWidth - this.tip.offsetWidth;
     this.tip.style.left = `${Math.max(0, Math.min(x - this.tip.offsetWidth / 2, room))}px`;
   }
@@ -142,6 +173,7 @@ class Timeline {
     const [all, wanted] = [this.bars(this.sieve.telling), this.bars(this.sieve.events)];
     const most = Math.max(1, ...[...all.values(), ...wanted.values()].map(([grave, ...rest]) => Math.max(grave, rest[0] + rest[1])));
     const height = (count) => (count ? (clientHeight / 2 - 1) * (most > 1 ? 0.4 + (0.6 * Math.log(count)) / Math.log(most) : 1) : 0);
+    this.stretches();
     for (const [bars, ...inks] of [[all, grid, grid, grid], [wanted, alarm, accent, faint]]) {
       for (const [bar, [grave, handed, other]] of bars) {
         const box = (ink, top, tall) => {
@@ -155,6 +187,38 @@ class Timeline {
         box(inks[2], clientHeight - tall * (1 - share), tall * (1 - share));
       }
     }
+  }
+
+  /** Draws below the strip, in two bands, when crews differ, and when the mind whose picture is shown does not hear all. */
+  stretches() {
+    const { minds } = this.film;
+    this.spans.hidden = !minds.isSeveral;
+    if (!minds.isSeveral) return;
+    const ratio = screenRatio();
+    const { clientWidth, clientHeight } = this.spans;
+    this.spans.width = clientWidth * ratio;
+    this.spans.height = clientHeight * ratio;
+    const pen = this.spans.getContext("2d");
+    pen.scale(ratio, ratio);
+    const { alarm, faint, grid, groups } = palette();
+    const tall = (clientHeight - 1) / 2;
+    pen.fillStyle = grid;
+    for (const top of [0, tall + 1]) pen.fillRect(0, top, clientWidth, tall);
+    const spans = minds.spans();
+    const draw = (kind, ink, top, high = tall) => {
+      pen.fillStyle = ink;
+      for (const { from_s, until_s } of spans[kind]) {
+        const left = this.x(from_s);
+        pen.fillRect(left, top, Math.max(this.x(until_s) - left, 1), high);
+      }
+    };
+    draw("differ", groups[0], 0);
+    draw("silent", faint, tall + 1);
+    draw("gone", alarm, tall + 1);
+    // No picture: a line where the band would be.
+    draw("off", alarm, tall + 1 + tall / 2 - 0.5, 1);
+    const told = Object.entries(spans).map(([kind, some]) => [kind, some.map(({ from_s, until_s }) => `${from_s}-${until_s}`).join(" ")]);
+    Object.assign(this.spans.dataset, Object.fromEntries(told));
   }
 
   /** How many grave ones, handings over and others there are in each bar that has any. */

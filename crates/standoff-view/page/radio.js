@@ -1,0 +1,69 @@
+// What there is between minds, on a map: who hears whom, and who is silent for the one whose picture is shown.
+
+/** From where to where a line goes between two UAVs: their marks stay free. */
+const CLEAR_PX = 16;
+
+/** Who hears whom. An arrow points to the only one that hears. */
+function drawRadio(map, { pen, scene }) {
+  const { minds } = map.film;
+  if (!minds.isSeveral) return;
+  const { faint, alarm } = palette();
+  const instant = map.film.instant(scene.time_s);
+  const hears = (one, other) => one.mind.is_on && other.mind.is_on && !UNHEARD.has(minds.believed(one.id, other.id, instant).presence);
+  scene.uavs.forEach((one, k) => {
+    for (const other of scene.uavs.slice(k + 1)) {
+      const ways = [hears(one, other), hears(other, one)];
+      const [from, to] = ways[0] && !ways[1] ? [other, one] : [one, other];
+      const [[x, y], [x2, y2]] = [from, to].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
+      const far = Math.hypot(x2 - x, y2 - y);
+      if (far < 3 * CLEAR_PX) continue;
+      const [ux, uy] = [(x2 - x) / far, (y2 - y) / far];
+      const along = (at, side = 0) => [x + ux * at - uy * side, y + uy * at + ux * side];
+      const isSilent = !ways[0] && !ways[1];
+      pen.strokeStyle = pen.fillStyle = isSilent ? faded(alarm, 0.7) : faded(faint, 0.8);
+      pen.lineWidth = isSilent ? 1.5 : 1.25;
+      pen.setLineDash(isSilent ? [1.5, 6] : ways[0] && ways[1] ? [] : [7, 4]);
+      pen.beginPath();
+      pen.moveTo(...along(CLEAR_PX));
+      pen.lineTo(...along(far - CLEAR_PX));
+      pen.stroke();
+      if (ways[0] === ways[1]) continue;
+      pen.setLineDash([]);
+      pen.beginPath();
+      for (const place of [along(far - CLEAR_PX + 2), along(far - CLEAR_PX - 9, 5), along(far - CLEAR_PX - 9, -5)]) pen.lineTo(...place);
+      pen.fill();
+    }
+  });
+}
+
+/** A ring about a UAV that is not heard, and where it was when it last was. */
+function drawSilence(map, { pen, labels, scene }) {
+  const { camera, film } = map;
+  for (const { id, x_m, y_m, mind, out } of scene.uavs.filter((uav) => uav.mind?.is_unheard)) {
+    const { presence, age_s } = mind.shown;
+    const [x, y] = camera.at(x_m, y_m);
+    const { alarm, faint } = palette();
+    pen.strokeStyle = pen.fillStyle = presence === "silent" ? faint : alarm;
+    pen.lineWidth = 2;
+    pen.setLineDash([5, 4]);
+    pen.beginPath();
+    addDisc(pen, x, y, 17);
+    pen.stroke();
+    pen.setLineDash([]);
+    if (!out && camera.sees(x_m, y_m)) labels.beside(silenceWords(id, mind), x, y, 20, 24);
+    if (Number.isNaN(age_s)) continue;
+    const then = film.instant(film.times_s[mind.instant] - age_s);
+    const [x2, y2] = camera.at(film.value("uavs", "x_m", id, then), film.value("uavs", "y_m", id, then));
+    if (Math.hypot(x2 - x, y2 - y) < 24) continue;
+    pen.lineWidth = 1.25;
+    pen.beginPath();
+    addDisc(pen, x2, y2, 6);
+    pen.stroke();
+  }
+}
+
+/** That a UAV is not heard, in words. */
+function silenceWords(id, { owner, shown: { presence, age_s } }) {
+  const since = Number.isNaN(age_s) ? "" : `, last heard ${age_s.toFixed(1)} s ago`;
+  return `UAV ${id} ${presence} for UAV ${owner}${since}`;
+}
