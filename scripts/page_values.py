@@ -5,7 +5,8 @@ Usage: page_values.py <record folder> > values.json
 
 Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets"), id and column,
 one value for every instant; null for what there is not. Columns have the names and units of the record. Those that the
-record does not hold are recomputed with check_equations.py, as docs/metrics.md defines them. Needs requirements.txt.
+record does not hold are recomputed with check_equations.py, as docs/metrics.md defines them. Of several minds there are
+"minds", what each believes at every instant, and "mind_events", how many events each tells. Needs requirements.txt.
 """
 
 import json
@@ -38,6 +39,8 @@ def main(arguments):
             group: group_values(record, time, row, bounds) for group, row in record.groups[time].items()}),
         "targets": columns(times, lambda time: target_values(record, time)),
     }
+    if (record.folder / "agents.parquet").exists():
+        page |= {"minds": [minds(record, time) for time in times], "mind_events": Counter(row.agent for row in record.rows("agent_events"))}
     json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)
     return 0
 
@@ -50,6 +53,27 @@ def columns(times, rows):
             for column, value in row.items():
                 found.setdefault(one, {}).setdefault(column, [None] * len(times))[place] = value
     return found
+
+
+def minds(record, time):
+    """{mind: what it believes at a time}, of those whose computer is on."""
+    if not hasattr(record, "minds"):
+        tables = {"all": ("agents",), "team": ("agent_team", "uav"), "tracks": ("agent_tracks", "target"), "groups": ("agent_groups", "group")}
+        record.minds = {name: record.by_instant(table, "agent", *key) for name, (table, *key) in tables.items()}
+    found = {}
+    for agent in record.minds["all"][time]:
+        of = {name: {ids[1]: row for ids, row in record.minds[name][time].items() if ids[0] == agent} for name in ["team", "tracks", "groups"]}
+        team = {uav: {"presence": row.presence, "group": row.group, "group_id": None if row.group_id is None else str(int(row.group_id)),
+                      "age_s": None if row.heard_us is None else (time - row.heard_us) / 1e6} for uav, row in of["team"].items()}
+        truth = record.truth[time]
+        tracks = {target: {"group": row.group, "position_error_m": error(row, truth[target]) if target in truth else None}
+                  for target, row in of["tracks"].items()}
+        found[agent] = {"team": team, "tracks": tracks, "groups": {group: {"members": row.members} for group, row in of["groups"].items()}}
+    return found
+
+
+def error(row, truth):
+    return np.hypot(row.x_m - truth.x_m, row.y_m - truth.y_m)
 
 
 def uav_values(record, time, row):

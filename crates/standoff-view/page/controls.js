@@ -45,7 +45,7 @@ function tellPicture({ film, clock }) {
   const words = first === null ? "none is on" : `UAV ${first}, the lowest on`;
   const [option] = element("picture").options;
   if (option && option.text !== words) option.text = words;
-  const charts = minds.chosen === null ? "" : `of groups: ${first === null ? "none" : `picture of UAV ${first}`}`;
+  const charts = minds.chosen === null ? "" : `groups: ${first === null ? "no picture" : `picture of UAV ${first}`}`;
   if (element("charts-of").textContent !== charts) element("charts-of").textContent = charts;
 }
 

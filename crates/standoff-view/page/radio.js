@@ -50,7 +50,7 @@ function drawSilence(map, { pen, labels, scene }) {
     addDisc(pen, x, y, 17);
     pen.stroke();
     pen.setLineDash([]);
-    if (!out && camera.sees(x_m, y_m)) labels.beside(silenceWords(id, mind), x, y, 20, 24);
+    if (!out && camera.sees(x_m, y_m)) labels.beside(silenceWords(mind), x, y, 20, 24);
     if (Number.isNaN(age_s)) continue;
     const then = film.instant(film.times_s[mind.instant] - age_s);
     const [x2, y2] = camera.at(film.value("uavs", "x_m", id, then), film.value("uavs", "y_m", id, then));
@@ -62,8 +62,8 @@ function drawSilence(map, { pen, labels, scene }) {
   }
 }
 
-/** That a UAV is not heard, in words. */
-function silenceWords(id, { owner, shown: { presence, age_s } }) {
-  const since = Number.isNaN(age_s) ? "" : `, last heard ${age_s.toFixed(1)} s ago`;
-  return `UAV ${id} ${presence} for UAV ${owner}${since}`;
+/** That a UAV is not heard, and how old what was heard last is, in words. */
+function silenceWords({ owner, shown: { presence, age_s } }) {
+  const since = Number.isNaN(age_s) ? "" : ` (${age_s.toFixed(1)} s)`;
+  return `${presence} for UAV ${owner}${since}`;
 }

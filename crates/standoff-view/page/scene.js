@@ -159,6 +159,7 @@ function otherTargetsAt(film, time_s, detail) {
       id,
       there,
       tracked,
+      is_told: other.owner !== null,
       true_x_m: truly("true_x_m"),
       true_y_m: truly("true_y_m"),
       x_m: moved("x_m"),
@@ -248,7 +249,8 @@ function concern(target) {
   if (target.place === "dwell") return "in dwell";
   if (target.tracked && target.place === "unassigned") return "unassigned";
   if (target.status === "coasting") return "coasting";
-  if (target.there && !target.tracked) return "untracked";
+  // Who has no picture lacks no track.
+  if (target.there && !target.tracked && target.is_told !== false) return "untracked";
   return "";
 }
 

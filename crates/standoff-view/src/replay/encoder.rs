@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{separations, wanted_separation_rad};
-use standoff_sim::record::{Agents, EventAllowance, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::record::{
+    Agents, EventAllowance, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow,
+};
 use standoff_sim::score::{Custody, Judge, Judged, PositionBound, Rules};
 
 use super::minds::{Crews, Pictures};

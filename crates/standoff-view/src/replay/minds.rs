@@ -11,6 +11,9 @@ use standoff_sim::record::{Agents, Frame, GroupRow, OfAgent, TeamRow, TrackRow};
 use super::encoder::{place_code, status_code};
 use super::table::{Table, single};
 
+#[cfg(test)]
+mod tests;
+
 /// Rows of other pictures after which a part is full.
 const ROWS: usize = 200_000;
 
@@ -21,12 +24,10 @@ const MIND: [&str; 5] = ["lag_s", "disturbed", "group", "founded_s", "crew"];
 /// the group that it serves. Not there: live, heard of this instant, and serving what it says itself.
 const TEAM: [&str; 4] = ["presence", "age_s", "group", "founded_s"];
 /// A track or a group of a mind: `own` is 1 where it has one of its own, and 0 where it has none.
-const TRACK: [&str; 12] = [
-    "own", "x_m", "y_m", "vx_m_s", "vy_m_s", "cov_x_x", "cov_x_y", "cov_y_y", "status", "place", "group", "to_group",
-];
-const GROUP: [&str; 9] = [
-    "own", "x_m", "y_m", "members", "spread_m", "margin_m", "standoff_distance_m", "feasible", "separation_m",
-];
+const TRACK: [&str; 12] =
+    ["own", "x_m", "y_m", "vx_m_s", "vy_m_s", "cov_x_x", "cov_x_y", "cov_y_y", "status", "place", "group", "to_group"];
+const GROUP: [&str; 9] =
+    ["own", "x_m", "y_m", "members", "spread_m", "margin_m", "standoff_distance_m", "feasible", "separation_m"];
 const NEVER_HEARD: f64 = 4.0;
 
 /// Who is there and who serves what, of all minds: a part of the overview.
@@ -65,7 +66,8 @@ impl Crews {
             }
             let lag_s = mind.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
             let [group, founded_s] = duty(team_row(agents, mind.agent, mind.agent));
-            self.minds.put(mind.agent, &[lag_s, Some(f64::from(mind.disturbed)), group, founded_s, Some(f64::from(crew))]);
+            self.minds
+                .put(mind.agent, &[lag_s, Some(f64::from(mind.disturbed)), group, founded_s, Some(f64::from(crew))]);
             self.team(frame, mind.agent);
         }
     }

@@ -34,7 +34,18 @@ impl Event {
     pub(super) fn of(time_us: i64, row: &EventRow) -> Self {
         let EventRow { kind, target, group, to_group, uavs, .. } = row.clone();
         let reason = row.why();
-        Self { time_us, kind, target, group, to_group, uavs, reason, by: Vec::new(), happened_us: None, provisional: false }
+        Self {
+            time_us,
+            kind,
+            target,
+            group,
+            to_group,
+            uavs,
+            reason,
+            by: Vec::new(),
+            happened_us: None,
+            provisional: false,
+        }
     }
 
     /// A mind tells it.
@@ -48,7 +59,8 @@ impl Event {
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let words = |event: &Self| (event.time_us, event.happened_us, event.provisional, event.target, event.group);
         words(self) == words(other)
-            && (self.to_group, &self.kind, &self.uavs, &self.reason) == (other.to_group, &other.kind, &other.uavs, &other.reason)
+            && (self.to_group, &self.kind, &self.uavs, &self.reason)
+                == (other.to_group, &other.kind, &other.uavs, &other.reason)
     }
 }
 

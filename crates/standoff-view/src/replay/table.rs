@@ -58,7 +58,11 @@ impl Table {
     }
 
     pub(super) fn directory(&self) -> Directory {
-        Directory { name: self.name.clone(), columns: self.columns.to_vec(), ids: self.objects.keys().copied().collect() }
+        Directory {
+            name: self.name.clone(),
+            columns: self.columns.to_vec(),
+            ids: self.objects.keys().copied().collect(),
+        }
     }
 
     /// Column by column, object by object, instant by instant: the difference of each number's bits from those of the

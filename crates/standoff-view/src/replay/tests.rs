@@ -12,12 +12,12 @@ use super::{Encoder, Head, Part, Replay};
 use crate::figures::Setup;
 
 /// A half, read back as the page reads it: its directory, and every number by table, column and id, an instant each.
-struct Half {
-    directory: Value,
+pub(super) struct Half {
+    pub(super) directory: Value,
     columns: BTreeMap<(String, String, u32), Vec<f32>>,
 }
 
-fn read(gz: &[u8]) -> Half {
+pub(super) fn read(gz: &[u8]) -> Half {
     let mut bytes = Vec::new();
     GzDecoder::new(gz).read_to_end(&mut bytes).unwrap();
     let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
@@ -47,6 +47,12 @@ fn read(gz: &[u8]) -> Half {
 }
 
 impl Half {
+    /// A number of a table that may not be there.
+    pub(super) fn find(&self, table: &str, column: &str, id: u32, instant: usize) -> Option<f64> {
+        let values = self.columns.get(&(table.to_owned(), column.to_owned(), id))?;
+        Some(values[instant]).filter(|value| !value.is_nan()).map(f64::from)
+    }
+
     fn value(&self, table: &str, column: &str, id: u32, instant: usize) -> Option<f64> {
         let value = self.columns[&(table.to_owned(), column.to_owned(), id)][instant];
         (!value.is_nan()).then_some(f64::from(value))
@@ -64,7 +70,7 @@ fn flight() -> (Scenario, Vec<Frame>) {
     (scenario, frames)
 }
 
-fn encoded(scenario: &Scenario, frames: &[Frame], stride: usize) -> Vec<Part> {
+pub(super) fn encoded(scenario: &Scenario, frames: &[Frame], stride: usize) -> Vec<Part> {
     let mut encoder = Encoder::new(&Rules::of(&scenario.settings), stride);
     let mut parts: Vec<Part> = frames.iter().filter_map(|frame| encoder.frame(frame)).collect();
     parts.extend(encoder.part());
@@ -72,7 +78,7 @@ fn encoded(scenario: &Scenario, frames: &[Frame], stride: usize) -> Vec<Part> {
     parts
 }
 
-fn near(got: Option<f64>, expected: Option<f64>) -> bool {
+pub(super) fn near(got: Option<f64>, expected: Option<f64>) -> bool {
     match (got, expected) {
         (Some(got), Some(expected)) => (got - expected).abs() <= 1e-6 * expected.abs().max(1e-30),
         (None, None) => true,
