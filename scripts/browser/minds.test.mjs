@@ -16,7 +16,7 @@ const UAVS = [0, 1, 2, 3];
 const mindsAt = (time_s) => record.tables.minds[record.times_s.indexOf(time_s)];
 /** The first instant at which something is so. */
 const when = (is) => record.times_s.find((time_s) => is(mindsAt(time_s)));
-const list = (page) => page.getByLabel("Picture");
+const list = (page) => page.getByRole("combobox", { name: "Picture" });
 const warning = (page) => page.locator("#warning").textContent();
 
 /** The cells of a column of a table, by id. */
@@ -43,7 +43,7 @@ const crewsOf = (mind) => {
 
 inReport("every mind's picture is that of the record: tracks, groups, who serves what", { flight }, async (page) => {
   await page.getByRole("tab", { name: "State" }).click();
-  const apart_s = when((minds) => minds[0] && minds[2] && minds[0].team[2].presence === "gone");
+  const apart_s = when((minds) => minds[0]?.team[2]?.presence === "gone");
   for (const time_s of [10, apart_s + 2, 38, 45]) {
     await goTo(page, time_s);
     const minds = mindsAt(time_s);
