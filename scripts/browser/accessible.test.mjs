@@ -41,6 +41,17 @@ for (const theme of THEMES) {
   });
 }
 
+for (const theme of THEMES) {
+  inReport(`axe-core finds nothing where minds are several: ${theme}`, { flight: "minds", colorScheme: theme }, async (page) => {
+    await goTo(page, 25);
+    await page.getByRole("combobox", { name: "Picture" }).selectOption("2");
+    for (const name of ["Charts", "State", "Events"]) {
+      await page.getByRole("tab", { name }).click();
+      await axe(page, `${name}, ${theme}`);
+    }
+  });
+}
+
 /** Contrast of two colours, as WCAG 2 defines it. */
 function contrast(a, b) {
   const luminance = (colour) => {
@@ -181,7 +192,7 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
 
 for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a tablet", "figure-9", TABLET],
   ["1280x720, with a long name", "hostile-name", DESKTOP], ["a phone", "figure-9", PHONE], ["a phone, with a long name", "hostile-name", PHONE],
-  ["a screen of 3840x2160", "figure-9", FOUR_K]]) {
+  ["a screen of 3840x2160", "figure-9", FOUR_K], ["1280x720, of several minds", "minds", DESKTOP], ["a phone, of several minds", "minds", PHONE]]) {
   inReport(`everything has its place on ${screen}: no overlap, nothing cut off, no scrolling sideways`, { flight, ...options }, async (page) => {
     await goTo(page, await lastTime(page));
     await page.getByRole("button", { name: "Ruler" }).click();

@@ -18,6 +18,8 @@ use crate::say::Say;
 
 /// Most rows of targets that a report holds: of more, it shows some instants only, and stays a file that can be sent.
 const REPORT_ROWS: u64 = 300_000;
+/// Most rows of tracks of all minds from whose instants it holds what the others believe.
+const REPORT_OTHER_ROWS: u64 = 150_000;
 
 /// What there is to tell of a run.
 pub struct Told {
@@ -47,7 +49,7 @@ pub fn tell(dir: &Path, place: &Path, choice: Choice, say: Say) -> Result<Told, 
     let rows = record.target_rows().map_err(of_record)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let own_rows = record.agent_track_rows().map_err(of_record)?;
-    let pictures = usize::try_from(own_rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
+    let pictures = usize::try_from(own_rows.div_ceil(REPORT_OTHER_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
     let (mut encoder, mut parts) = (Encoder::new(&rules, stride).with_pictures_every(pictures), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(of_record)?.inspect(|frame| {

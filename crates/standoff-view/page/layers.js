@@ -13,7 +13,8 @@ const LAYERS = [
     drawDesired],
   ["flown", "Orbits as flown", true, "A UAV's last turn relative to its group's centre, drawn about the centre of now", drawFlown],
   ["views", "Fields of view", true, "What the sensor of each UAV looks at, in the colour of the group that it serves", drawViews],
-  ["radio", "Who hears whom", true, "A line: each hears the other; an arrow: only the UAV it points to hears the other; red dots: neither", drawRadio],
+  ["radio", "Who hears whom", true, "A line: each hears the other (of more than " +
+    `${MOST_LINKED} UAVs drawn of the chosen one alone); an arrow: only the UAV it points to hears the other; red dots: neither`, drawRadio],
   ["ellipses", "95 % ellipses", true, "Hold a target with 95 % probability if the filter is right; faint for targets in no group",
     drawEllipses],
   ["vectors", "Velocity vectors", true, `Where things will be in ${AHEAD_S} s: targets straight on at their estimated velocity, ` +

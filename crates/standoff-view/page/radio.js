@@ -1,18 +1,22 @@
 // What there is between minds, on a map: who hears whom, and who is silent for the one whose picture is shown.
 
+/** Of more UAVs than this, lines between those that hear each other are drawn of the chosen one alone. */
+const MOST_LINKED = 6;
 /** From where to where a line goes between two UAVs: their marks stay free. */
 const CLEAR_PX = 16;
 
 /** Who hears whom. An arrow points to the only one that hears. */
 function drawRadio(map, { pen, scene }) {
-  const { minds } = map.film;
+  const { choice, film: { minds } } = map;
   if (!minds.isSeveral) return;
+  const isOf = (uav) => scene.uavs.length <= MOST_LINKED || choice.isChosen("uav", uav.id);
   const { faint, alarm } = palette();
   const instant = map.film.instant(scene.time_s);
   const hears = (one, other) => one.mind.is_on && other.mind.is_on && !UNHEARD.has(minds.believed(one.id, other.id, instant).presence);
   scene.uavs.forEach((one, k) => {
     for (const other of scene.uavs.slice(k + 1)) {
       const ways = [hears(one, other), hears(other, one)];
+      if (ways[0] && ways[1] && !isOf(one) && !isOf(other)) continue;
       const [from, to] = ways[0] && !ways[1] ? [other, one] : [one, other];
       const [[x, y], [x2, y2]] = [from, to].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
       const far = Math.hypot(x2 - x, y2 - y);
