@@ -218,7 +218,7 @@ fn the_same_frames_give_the_same_bytes() {
     assert!(bytes().eq(bytes()));
 }
 
-fn head() -> Head {
+pub(super) fn head() -> Head {
     let setup = Setup {
         title: "t".to_owned(),
         field_of_view_rad: 1.2,

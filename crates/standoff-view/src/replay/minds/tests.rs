@@ -7,9 +7,9 @@ use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
 use standoff_sim::score::{Choice, Rules, Scorer};
 
-use crate::replay::Part;
 use crate::replay::encoder::Encoder;
-use crate::replay::tests::{Half, encoded, near, read};
+use crate::replay::tests::{Half, encoded, head, near, read};
+use crate::replay::{Part, Replay};
 
 const FAULTS: [&str; 3] = [
     "radio.loss=0.2",
@@ -260,4 +260,23 @@ fn another_belief_of_a_duty_is_told() {
     assert!(near(overview.find("minds", "founded_s", 3, 0), Some(founded_s(7 << 40))));
     assert!(near(overview.find("team-0", "founded_s", 3, 0), Some(founded_s(8 << 40))));
     assert_eq!(overview.find("team-0", "group", 3, 0), Some(1.0));
+}
+
+/// Whoever watches asks for them beside the other halves; of one mind there are none to ask for.
+#[test]
+fn a_replay_that_grows_has_the_pictures_of_its_parts() {
+    let (scenario, frames) = flight(&FAULTS);
+    let replay = Replay::new(&head()).unwrap();
+    let instants = |path: &str| {
+        let body = replay.get(path)?.body;
+        Some(read(&body).directory["times_us"].as_array().unwrap().len())
+    };
+    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), 1);
+    frames[..5].iter().for_each(|frame| drop(encoder.frame(frame)));
+    let (part, told) = encoder.so_far().unwrap();
+    replay.show(part, told);
+    assert_eq!((instants("pictures/0"), instants("pictures/1")), (Some(5), None));
+    let one = Frame { agents: Default::default(), ..frames[0].clone() };
+    replay.show(encoded(&scenario, &[one], 1).remove(0), 1);
+    assert_eq!((instants("overview/0"), instants("pictures/0")), (Some(1), None));
 }
