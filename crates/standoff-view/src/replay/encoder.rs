@@ -3,14 +3,12 @@
 use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{separations, wanted_separation_rad};
-use standoff_sim::record::{
-    Agents, EventAllowance, EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow,
-};
+use standoff_sim::record::{Agents, EventAllowance, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use standoff_sim::score::{Custody, Judge, Judged, PositionBound, Rules};
 
 use super::minds::{Crews, Pictures};
 use super::part::{Bounds, Event, half};
-use super::table::Table;
+use super::table::{Table, place_code, status_code};
 use crate::colours::GroupColours;
 use crate::serve::Bytes;
 
@@ -95,23 +93,6 @@ columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is
     in_view: is_in_view.map(f64::from),
     detections: Some(f64::from(detected)),
 } }
-
-pub(super) fn status_code(status: TrackStatus) -> f64 {
-    match status {
-        TrackStatus::Cued => 0.0,
-        TrackStatus::Held => 1.0,
-        TrackStatus::Coasting => 2.0,
-    }
-}
-
-pub(super) fn place_code(place: Place) -> f64 {
-    match place {
-        Place::Unassigned => 0.0,
-        Place::Member => 1.0,
-        Place::Dwell => 2.0,
-        Place::Discarded => 3.0,
-    }
-}
 
 /// Turns the frames of a run into parts.
 #[derive(Debug)]

@@ -8,8 +8,7 @@ use std::collections::BTreeMap;
 use standoff::Presence;
 use standoff_sim::record::{Agents, Frame, GroupRow, OfAgent, TeamRow, TrackRow};
 
-use super::encoder::{place_code, status_code};
-use super::table::{Table, single};
+use super::table::{Table, place_code, single, status_code};
 
 #[cfg(test)]
 mod tests;

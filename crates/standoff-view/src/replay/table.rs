@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use standoff_sim::record::{Place, TrackStatus};
 
 /// What objects had at the instants of a part: a row of single-precision numbers each, NaN for what there was not.
 #[derive(Debug)]
@@ -84,6 +85,25 @@ impl Table {
                 }
             }
         }
+    }
+}
+
+/// A track's life as tables have it.
+pub(super) fn status_code(status: TrackStatus) -> f64 {
+    match status {
+        TrackStatus::Cued => 0.0,
+        TrackStatus::Held => 1.0,
+        TrackStatus::Coasting => 2.0,
+    }
+}
+
+/// A target's place in the team's work as tables have it.
+pub(super) fn place_code(place: Place) -> f64 {
+    match place {
+        Place::Unassigned => 0.0,
+        Place::Member => 1.0,
+        Place::Dwell => 2.0,
+        Place::Discarded => 3.0,
     }
 }
 
