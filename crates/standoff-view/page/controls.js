@@ -26,8 +26,9 @@ function controls({ clock, film }) {
 }
 
 /** Whose picture is shown, where minds are several. */
-function pictureOf({ film }) {
-  const { minds } = film;
+function pictureOf(page) {
+  const { minds } = page.film;
+  tellLayers(page);
   element("picture-of").hidden = !minds.isSeveral;
   for (const name of MINDS_LAYERS) document.querySelector(`label[data-layer="${name}"]`).hidden = !minds.isSeveral;
   const select = element("picture");
@@ -169,11 +170,18 @@ function letGo() {
   document.addEventListener("change", release(`select, ${CLICKED}`));
 }
 
+/** Says on each map which layers it draws. */
+function tellLayers(page) {
+  for (const { map, film } of page.runs) {
+    map.canvas.dataset.layers = [...map.shown].filter((name) => film.minds.isSeveral || !MINDS_LAYERS.has(name)).join(" ");
+  }
+}
+
 /** A switch for each layer. */
 function layers(page) {
   const maps = page.runs.map((run) => run.map);
   const told = () => {
-    for (const map of maps) map.canvas.dataset.layers = [...map.shown].join(" ");
+    tellLayers(page);
     page.renew();
   };
   for (const [name, words, shown, about] of LAYERS.filter((layer) => maps.some((map) => map.layers.includes(layer)))) {
