@@ -52,6 +52,8 @@ pub(crate) struct Log {
     delays: [u32; 8],
     /// By how many periods reports are late: most of them, so that what is lost now and then does not count.
     usual_delay: i64,
+    /// By how many the latest of them are late.
+    longest_delay: i64,
     /// The earliest instant of which something was heard since the pictures were made.
     pub(crate) changed_from: i64,
     /// The last instant of which something was missing, here or elsewhere.
@@ -76,6 +78,7 @@ impl Log {
             held: Vec::new(),
             delays: [0; 8],
             usual_delay: 0,
+            longest_delay: 0,
             changed_from: i64::MAX,
             disturbed_at: NEVER,
             refused: Refused::default(),
@@ -206,6 +209,7 @@ impl Log {
             sum > half
         });
         self.usual_delay = place.unwrap_or_default() as i64;
+        self.longest_delay = self.delays.iter().rposition(|count| *count > 0).unwrap_or_default() as i64;
     }
 
     fn put_report(&mut self, instant: i64, said: Said, report: Option<&Report>) -> Put {
@@ -383,11 +387,11 @@ impl Log {
 
     /// A peer has told what it has heard of an instant, and none of that is missing here.
     pub(crate) fn is_told_by(&self, peer: &Peer, instant: i64) -> bool {
-        // Who never tells what it has heard is taken at its word.
+        // Who never tells what it has heard is taken at its word. A cue may come to nobody before that delay has passed.
         let has_told = peer.uav == self.own
             || peer.left_at.is_some()
             || peer.knows_at == NEVER
-            || peer.knows_at > instant && peer.knowledge.listed_after < self.time(instant);
+            || peer.knows_at > instant + self.longest_delay && peer.knowledge.listed_after < self.time(instant);
         has_told && !self.lacks_of(peer, (instant, instant))
     }
 
