@@ -22,7 +22,7 @@ fn known(agent: &Agent) -> (Vec<Duty>, Option<Time>, Option<u64>, u64) {
 }
 
 fn all_agree(team: &Team) -> bool {
-    team.agents.iter().all(|agent| known(agent) == known(&team.agents[0]))
+    (0..team.agents.len()).all(|uav| is_one(team, [0, uav]))
 }
 
 /// Knows the same, and does; how much of that is certain may differ.
