@@ -138,6 +138,9 @@ impl Log {
     /// Makes room for the present, and forgets what the horizon has passed and no picture needs.
     pub(crate) fn turn_to(&mut self, now: i64, needed_from: i64) {
         self.row_mut(now);
+        if !self.is_disturbed(now) {
+            (self.delays, self.usual_delay, self.longest_delay) = ([0; 8], 0, 0);
+        }
         while self.first < (now - self.horizon).min(needed_from) {
             if let Some(row) = self.rows.pop_front() {
                 self.spare.push(row);
@@ -374,25 +377,36 @@ impl Log {
         self.peers.iter().filter(move |peer| peer.tells(now, self.lease))
     }
 
-    /// All is known of an instant that can be known: everyone who was to has reported it and has spoken again since, by
-    /// which they have told what else they have heard of it; and none of that is missing here.
+    /// All is known of an instant that can be known: everyone who was to has reported it, or tells that it never did, and has
+    /// spoken again since, by which they have told what else they have heard of it; and none of that is missing here.
     pub(crate) fn is_complete(&self, instant: i64) -> bool {
         let Some(row) = self.row(instant) else { return false };
         let has_reported = |peer: &Peer| {
             let speaks_on = peer.left_at == Some(instant) || peer.newest > instant;
-            !peer.is_due(instant) || row.report_of(peer.uav).is_some() && speaks_on
+            !peer.is_due(instant) || speaks_on && (row.report_of(peer.uav).is_some() || self.never_said(peer, instant))
         };
         self.peers.iter().all(|peer| has_reported(peer) && self.is_told_by(peer, instant))
     }
 
+    /// A peer that is back from a restart, or could not speak, lists what it has said itself: not this.
+    fn never_said(&self, peer: &Peer, instant: i64) -> bool {
+        let own = peer.held(Speaker::Uav(peer.uav));
+        peer.uav == self.own
+            || self.lists(peer, instant)
+                && peer.knowledge.held.len() < HELD_MAX
+                && !own.iter().any(|run| run.from <= instant && instant <= run.to)
+    }
+
     /// A peer has told what it has heard of an instant, and none of that is missing here.
     pub(crate) fn is_told_by(&self, peer: &Peer, instant: i64) -> bool {
-        // Who never tells what it has heard is taken at its word. A cue may come to nobody before that delay has passed.
-        let has_told = peer.uav == self.own
-            || peer.left_at.is_some()
-            || peer.knows_at == NEVER
-            || peer.knows_at > instant + self.longest_delay && peer.knowledge.listed_after < self.time(instant);
-        has_told && !self.lacks_of(peer, (instant, instant))
+        // Who never tells what it has heard is taken at its word.
+        let is_mute = peer.uav == self.own || peer.left_at.is_some() || peer.knows_at == NEVER;
+        (is_mute || self.lists(peer, instant)) && !self.lacks_of(peer, (instant, instant))
+    }
+
+    /// A peer has told what it had heard of an instant when all could have: a cue may come to nobody before.
+    fn lists(&self, peer: &Peer, instant: i64) -> bool {
+        peer.knows_at > instant + self.longest_delay && peer.knowledge.listed_after < self.time(instant)
     }
 
     /// Something is missing here that somebody who is there holds, of the instants up to one.

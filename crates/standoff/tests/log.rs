@@ -225,8 +225,9 @@ prop_compose! {
     }
 }
 
-/// Whatever is missing by then has been said again so many periods after the faults have ended.
-const REPAIRED_AFTER: i64 = 25;
+/// Whatever is missing by then has been said again, and words are taken to come in time again, so many periods after the
+/// faults have ended.
+const REPAIRED_AFTER: i64 = 45;
 
 /// 60, or more if `PROPTEST_CASES` says so.
 fn cases() -> u32 {

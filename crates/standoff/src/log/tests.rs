@@ -224,6 +224,28 @@ fn what_a_peer_holds_is_waited_for() {
     assert!(!with(&lists_less, None) && !with(&|report| report.knowledge = None, None));
 }
 
+/// Who was off is waited for only until it is back and tells that there is nothing to wait for, unless a teammate holds it.
+#[test]
+fn what_a_peer_tells_that_it_never_said_is_not_waited_for() {
+    let mut log = log();
+    for instant in 0..9 {
+        log.say(instant, Said::of(&report(0, instant)));
+        if !(2..5).contains(&instant) {
+            let from = if instant < 2 { 0 } else { 5 };
+            log.hear_report(
+                &telling_of(1, instant, vec![Held { speaker: Speaker::Uav(UavId(1)), from, to: instant }]),
+                instant,
+                -1,
+            );
+        }
+        let complete = (0..9).filter(|instant| log.is_complete(*instant)).collect::<Vec<_>>();
+        assert_eq!(complete, (0..if instant < 5 { instant.min(1) } else { instant }).collect::<Vec<_>>());
+    }
+    let other = vec![Held { speaker: Speaker::Uav(UavId(1)), from: 0, to: 3 }];
+    log.hear_report(&telling_of(2, 9, other), 9, -1);
+    assert_eq!([2, 3, 4].map(|instant| log.is_complete(instant)), [false, false, true]);
+}
+
 /// Where words come late, a cue may be in nobody's list when all have spoken again: by as much as words have been late.
 #[test]
 fn as_long_as_words_have_been_late_cues_of_an_instant_are_waited_for() {
