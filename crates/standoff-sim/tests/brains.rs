@@ -39,9 +39,10 @@ fn same_frames(name: &str, set: &[&str]) {
 /// With a perfect radio a mind each and one mind for all fly alike, to the bit.
 #[test]
 fn a_mind_each_and_one_mind_for_all_give_the_same_records() {
-    for scenario in BUILT_IN {
-        same_frames(scenario.name, &[]);
-    }
+    let (perfect, fallible): (Vec<&str>, Vec<&str>) =
+        BUILT_IN.iter().map(|scenario| scenario.name).partition(|name| load(name, &[], 3).settings.minds == Minds::One);
+    assert_eq!(fallible, ["tour/07-a-radio-that-fails", "tour/08-two-halves-meet"]);
+    perfect.iter().for_each(|name| same_frames(name, &[]));
 }
 
 /// What each of several minds comes to is averaged; of equal ones that is what one comes to, to the bit.

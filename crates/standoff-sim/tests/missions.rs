@@ -149,11 +149,12 @@ fn the_tour_starts_with_a_clean_orbit() {
 /// What each later stop of the tour says it shows.
 #[test]
 fn the_tour_shows_what_it_says() {
-    let stops: [(&str, &[&str]); 4] = [
+    let stops: [(&str, &[&str]); 5] = [
         ("tour/03-a-group-that-spreads", &["discarded", "taken-back"]),
         ("tour/04-two-groups", &["group-founded"]),
         ("tour/05-a-handoff", &["handoff-requested", "handoff-completed"]),
         ("tour/06-a-uav-drops-out", &["uav-lost", "reassigned", "group-dissolved", "joined", "uav-joined"]),
+        ("tour/08-two-halves-meet", &["uav-lost", "group-dissolved", "left-out", "group-founded", "uav-joined"]),
     ];
     for (name, kinds) in stops {
         let scenario = load(name, &[], 1);
@@ -170,6 +171,27 @@ fn the_tour_shows_what_it_says() {
     let undelayed = ["groups.dwell_min_s=0", "groups.dwell_max_s=0"];
     let line_of_sight_deg = |set: &[&str]| fly("tour/05-a-handoff", set, 1).line_of_sight_max_deg.unwrap();
     assert!(line_of_sight_deg(&[]) < 35.0 && line_of_sight_deg(&undelayed) > 35.0);
+}
+
+/// Words are lost and late, or half of the team is not heard at all: all serve their groups on, and agree in the end.
+#[test]
+fn the_tour_s_teams_agree_though_their_radio_fails() {
+    for seed in 1..=5 {
+        let lossy = fly("tour/07-a-radio-that-fails", &[], seed);
+        assert!(lossy.crews_differ_fraction.unwrap() < 0.06 && lossy.agreement_delay_s == Some(0.0), "{lossy:?}");
+        assert!(lossy.watched_fraction.unwrap() > 0.97, "{lossy:?}");
+        // Each half serves the group that it served, and no vehicle is out of view meanwhile.
+        let apart = fly("tour/08-two-halves-meet", &[], seed);
+        assert!((0.25..0.4).contains(&apart.crews_differ_fraction.unwrap()), "{apart:?}");
+        assert!(apart.agreement_delay_s.unwrap() < 20.0, "{apart:?}");
+        assert_eq!((apart.double_served_fraction, apart.out_of_view_fraction), (Some(0.0), Some(0.0)), "{apart:?}");
+        // No two UAVs come nearer than where all hear each other.
+        let together = fly("tour/04-two-groups", &[], seed);
+        assert!(apart.separation_min_m.unwrap() > 0.95 * together.separation_min_m.unwrap(), "{apart:?}");
+    }
+    // Where nothing is said again, they never agree.
+    let silent = fly("tour/07-a-radio-that-fails", &["team.repair_bytes_per_s=0"], 1);
+    assert!(silent.crews_differ_fraction.unwrap() > 0.5, "{silent:?}");
 }
 
 /// Table II's order: two UAVs estimate better than one; the active measures cut the standoff error and the line of

@@ -25,6 +25,8 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/04-two-groups",
     "tour/05-a-handoff",
     "tour/06-a-uav-drops-out",
+    "tour/07-a-radio-that-fails",
+    "tour/08-two-halves-meet",
     "traffic/convoy",
     "traffic/city",
     "paper/table-2-single",
