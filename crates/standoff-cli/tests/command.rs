@@ -88,6 +88,16 @@ fn alone_it_flies_figure_9_beside_the_papers_law_and_says_where_the_results_are(
     }
 }
 
+/// Where every UAV has a mind of its own, a figure tells how they agree; docs/radio.md shows this one. `scripts/take_pictures`
+/// takes it anew.
+#[test]
+fn several_minds_leave_a_figure_of_how_they_agree_which_the_docs_show() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(standoff(folder.path(), &["run", "tour/08-two-halves-meet", "--out", "o"]).status.success());
+    let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/pictures/agreement.svg");
+    assert!(fs::read(folder.path().join("o/agreement.svg")).unwrap() == fs::read(shown).unwrap());
+}
+
 #[test]
 fn json_is_one_object_and_the_summary_is_the_same() {
     let folder = tempfile::tempdir().unwrap();

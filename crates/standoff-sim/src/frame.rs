@@ -72,6 +72,13 @@ pub struct Agents {
 }
 
 impl Agents {
+    /// Who serves which group, by its id, as a mind believes: by ascending UAV.
+    pub fn crew(&self, agent: u32) -> impl Iterator<Item = (u32, u64)> + Clone {
+        let start = self.team.partition_point(|row| row.agent < agent);
+        let team = self.team[start..].iter().take_while(move |row| row.agent == agent);
+        team.filter_map(|row| row.group_id.map(|id| (row.uav, id)))
+    }
+
     /// Nothing, in room that lives on.
     pub(crate) fn clear(&mut self) {
         let Self { all, tracks, groups, events, team } = self;

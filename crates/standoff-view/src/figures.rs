@@ -24,7 +24,7 @@ use standoff_sim::score::Judge;
 type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 
 /// Every figure that there is, in the order in which they are returned.
-const PAGES: [(&str, Draw); 7] = [
+const PAGES: [(&str, Draw); 8] = [
     ("trajectories", trajectories::draw),
     ("standoff_distance", over_time::standoff_distance),
     ("phase", over_time::phase),
@@ -32,10 +32,12 @@ const PAGES: [(&str, Draw); 7] = [
     ("margin", over_time::margin),
     ("line_of_sight", over_time::line_of_sight),
     ("speed_and_turn_rate", over_time::speed_and_turn_rate),
+    ("agreement", over_time::agreement),
 ];
 
 /// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase`, `separation`, `margin`,
-/// `line_of_sight` and `speed_and_turn_rate`, in this order; those without anything to show are left out.
+/// `line_of_sight`, `speed_and_turn_rate` and `agreement` (of several minds), in this order; those without anything to
+/// show are left out.
 ///
 /// Values that are not finite or beyond any physical size are taken as missing.
 pub fn figures<E>(

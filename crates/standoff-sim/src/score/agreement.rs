@@ -111,11 +111,7 @@ pub(super) fn of<R, K: Ord>(rows: &[R], key: K, by: impl Fn(&R) -> K) -> &[R] {
 
 /// Any two minds differ in who serves which group.
 fn crews_differ(agents: &Agents) -> bool {
-    let crew = |agent: u32| {
-        let team = of(&agents.team, agent, |row| row.agent);
-        team.iter().filter_map(|row| row.group_id.map(|id| (row.uav, id)))
-    };
-    agents.all.windows(2).any(|two| !crew(two[0].agent).eq(crew(two[1].agent)))
+    agents.all.windows(2).any(|two| !agents.crew(two[0].agent).eq(agents.crew(two[1].agent)))
 }
 
 #[cfg(test)]

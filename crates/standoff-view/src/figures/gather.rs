@@ -4,8 +4,9 @@ use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
+use standoff::Presence;
 use standoff_sim::geometry::{Between, group_of, separations, tracking_error_m};
-use standoff_sim::record::{EventRow, Frame};
+use standoff_sim::record::{AgentRow, EventRow, Frame};
 use standoff_sim::score::Judge;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -70,6 +71,17 @@ impl Uav {
     }
 }
 
+/// Curves of one of several minds.
+#[derive(Debug, Default)]
+pub(super) struct Mind {
+    /// UAVs that it knows of and does not hear.
+    pub(super) unheard: Curve,
+    /// Minds that believe in another crew.
+    pub(super) contradicting: Curve,
+    /// How far back what it believes may still change, s.
+    pub(super) open: Curve,
+}
+
 /// Curves of one group.
 #[derive(Debug, Default)]
 pub(super) struct Group {
@@ -114,6 +126,7 @@ pub(super) struct Run {
     /// Earliest and latest instant, s.
     times: Option<[f64; 2]>,
     pub(super) uavs: BTreeMap<u32, Uav>,
+    pub(super) minds: BTreeMap<u32, Mind>,
     /// Groups ever founded.
     pub(super) founded: usize,
     pub(super) groups: BTreeMap<u32, Group>,
@@ -188,6 +201,16 @@ impl Run {
             uav.turn_rate.push(index, time, row.turn_rate_rad_s.to_degrees());
             uav.turn_rate_command.push(index, time, row.turn_rate_command_rad_s.to_degrees());
         }
+        for row in &frame.agents.all {
+            let (agents, mind) = (&frame.agents, self.minds.entry(row.agent).or_default());
+            let unheard = agents.team.iter().filter(|mate| {
+                mate.agent == row.agent && mate.presence.is_some_and(|presence| presence != Presence::Live)
+            });
+            let contradicts = |other: &&AgentRow| !agents.crew(other.agent).eq(agents.crew(row.agent));
+            mind.unheard.push(index, time, unheard.count() as f64);
+            mind.contradicting.push(index, time, agents.all.iter().filter(contradicts).count() as f64);
+            mind.open.push(index, time, row.committed_us.map(|us| time - us as f64 * 1e-6));
+        }
         for (group, between, angle) in separations(frame) {
             if let Some(group) = self.groups.get_mut(&group) {
                 group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
@@ -210,7 +233,9 @@ impl Run {
         let groups = self.groups.values_mut().flat_map(Group::curves);
         let tracks = self.tracks.values_mut().flat_map(Path::curves);
         let others = self.truth.values_mut().chain(self.dwells.values_mut()).chain(self.marks.values_mut());
-        uavs.chain(groups).chain(tracks).chain(others)
+        let minds =
+            self.minds.values_mut().flat_map(|Mind { unheard, contradicting, open }| [unheard, contradicting, open]);
+        uavs.chain(groups).chain(tracks).chain(others).chain(minds)
     }
 
     /// Takes in the groups that are new.

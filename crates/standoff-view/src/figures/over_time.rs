@@ -3,7 +3,7 @@
 use super::chart::{Drawn, Line, MOST_NAMED, MOST_PANELS, Panel, of_groups, of_uavs, per_group, share, stacked};
 use super::curve::{Curve, MOST_POINTS, range};
 use super::figure::Setup;
-use super::gather::{Group, Run, Uav};
+use super::gather::{Group, Mind, Run, Uav};
 use super::ink::ink;
 use standoff_sim::geometry::{Between, wanted_separation_rad};
 use std::collections::BTreeSet;
@@ -138,4 +138,20 @@ pub(super) fn speed_and_turn_rate(run: &Run, setup: &Setup) -> Drawn<Option<Stri
     let note =
         if count > shown { format!(" (turn rates of the first {shown} of {count} UAVs)") } else { String::new() };
     stacked(run, "Speed of the UAVs, and turn rate of each", &setup.title, &note, panels)
+}
+
+/// How well the minds of the UAVs agree, and how much of what they believe may still change.
+pub(super) fn agreement(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
+    let panel = |axis: &str, curve: fn(&Mind) -> &Curve| Panel {
+        axis: axis.to_owned(),
+        shown: Some(0.0),
+        lines: of_uavs(run, 1.75, run.minds.iter().map(|(&id, mind)| (id, curve(mind)))),
+        ..Panel::default()
+    };
+    let panels = vec![
+        panel("UAVs not heard", |mind| &mind.unheard),
+        panel("Minds that differ", |mind| &mind.contradicting),
+        panel("May still change (s)", |mind| &mind.open),
+    ];
+    stacked(run, "What the mind of each UAV hears, and who disagrees with it", &setup.title, "", panels)
 }

@@ -7,9 +7,11 @@ use super::ink::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
 use plotters::style::RGBColor;
-use standoff::Angle;
 use standoff::math::{PI, TAU, cos, exp, sin};
-use standoff_sim::record::{EventRow, Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff::{Angle, Presence};
+use standoff_sim::record::{
+    AgentRow, EventRow, Frame, GroupRow, Place, TeamRow, TrackRow, TrackStatus, TruthRow, UavRow,
+};
 use standoff_sim::scenario::{Edits, Scenario};
 use standoff_sim::score::{Judge, Rules};
 use std::convert::Infallible;
@@ -512,4 +514,45 @@ fn each_uav_s_turn_rate_has_a_row_of_its_own_and_a_note_says_whose_are_left_out(
     let some = svg(&figures, "speed_and_turn_rate");
     assert!(some.contains("UAV 12 (°/s)") && !some.contains("UAV 13 (°/s)"));
     assert!(some.contains("(turn rates of the first 12 of 24 UAVs)"));
+}
+
+/// Two minds that do not hear each other for a while, believe in different crews, and commit nothing meanwhile; the second
+/// one's computer starts late.
+#[test]
+fn of_several_minds_a_figure_shows_who_hears_whom_and_how_they_agree() {
+    assert!(!names(run(2, 4, 40)).contains(&"agreement"), "one mind for all");
+    let mut frames = run(2, 4, 40);
+    for (i, frame) in (0..).zip(&mut frames) {
+        let apart = (10..30).contains(&i);
+        for agent in (0..2).filter(|agent| i >= 5 * agent) {
+            let committed_us = (i > 0).then_some(500_000 * if apart { 9 } else { i64::from(i) - 1 });
+            let (disturbed, double_counted) = (false, None);
+            frame.agents.all.push(AgentRow {
+                agent,
+                committed_us,
+                disturbed,
+                sent_messages: 1,
+                sent_bytes: 9,
+                double_counted,
+            });
+            for uav in 0..2 {
+                let is_gone = apart && uav != agent;
+                let presence = Some(if is_gone { Presence::Gone } else { Presence::Live });
+                let group_id = (!is_gone).then_some(7);
+                frame.agents.team.push(TeamRow { agent, uav, presence, heard_us: None, group: Some(1), group_id });
+            }
+        }
+    }
+    let gathered = gathered(&frames);
+    let values =
+        |curve: &super::curve::Curve| curve.runs(MOST_POINTS).concat().iter().map(|at| at.1).collect::<Vec<_>>();
+    for (id, first) in [(0, 0), (1, 5)] {
+        let mind = &gathered.minds[&id];
+        let expected: Vec<f64> = (first..40).map(|i| f64::from((10..30).contains(&i))).collect();
+        assert_eq!((values(&mind.unheard), values(&mind.contradicting)), (expected.clone(), expected));
+        assert_eq!(values(&mind.open).into_iter().fold(0.0, f64::max), 10.0);
+    }
+    let figures = drawn(frames, &setup());
+    assert_sound(&figures);
+    assert_eq!(legend(svg(&figures, "agreement")), ["UAV 0", "UAV 1"]);
 }
