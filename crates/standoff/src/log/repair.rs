@@ -158,10 +158,10 @@ impl Log {
         let is_there = |other: &&Peer| other.uav == self.own || other.tells(now, 2);
         let mut others = voices;
         if let Speaker::Uav(uav) = speaker {
-            // Whose it is says it, if that one is there and the peer hears it.
+            // Whose it is says it, if that one is there and the peer hears it; of long ago others do, too, while there is enough.
             let is_heard = peer.held(speaker).last().is_some_and(|run| run.to >= peer.knows_at - OTHERS_AFTER);
             let is_its = is_heard && self.peers.iter().filter(is_there).any(|other| other.uav == uav);
-            if is_its && now - instant <= OTHERS_AFTER {
+            if is_its && (voices == 1 || now - instant <= OTHERS_AFTER) {
                 others -= 1;
             }
         }

@@ -321,10 +321,10 @@ fn of_what_ever_so_many_lack_a_part_is_looked_at_in_a_period() {
     for (uavs, said) in [(4, 4 * 44), (250, 16)] {
         let mut log = log();
         (0..50).for_each(|instant| _ = log.say(instant, Said::of(&report(0, instant))));
+        log.turn_to(50, 0);
         for instant in 0..50 {
             (1..4).for_each(|uav| log.hear_report(&report(uav, instant), 50, -1));
         }
-        log.turn_to(50, 0);
         (1..uavs).for_each(|uav| log.hear_report(&telling_of(uav, 51, Vec::new()), 50, -1));
         let (mut repair, mut told) = (Repair::default(), 0);
         repair.earn(1e9, 0.5);
