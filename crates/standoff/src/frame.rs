@@ -86,6 +86,11 @@ impl Position {
     pub fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
+
+    /// Both components are finite and no more than so much, either way.
+    pub(crate) fn is_within(self, most_m: f64) -> bool {
+        self.x_m.abs() <= most_m && self.y_m.abs() <= most_m
+    }
 }
 
 impl Displacement {
@@ -191,6 +196,11 @@ impl Velocity {
     #[inline]
     pub fn is_finite(self) -> bool {
         self.x_m_s.is_finite() && self.y_m_s.is_finite()
+    }
+
+    /// Both components are finite and no more than so much, either way.
+    pub(crate) fn is_within(self, most_m_s: f64) -> bool {
+        self.x_m_s.abs() <= most_m_s && self.y_m_s.abs() <= most_m_s
     }
 }
 

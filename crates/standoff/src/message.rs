@@ -285,22 +285,28 @@ impl Message {
     }
 }
 
+/// Nothing is farther from the origin, or from a sensor, than this: more than twice around the Earth. Squares of what is farther
+/// are no numbers.
+pub(crate) const FARTHEST_M: f64 = 1e8;
+
+/// Nothing on or above the ground is faster than this: a multiple of what leaves the Earth.
+pub(crate) const FASTEST_M_S: f64 = 1e5;
+
 impl Cue {
-    /// Every number is finite and both standard deviations are positive.
+    /// Every number is finite, none is beyond what there is on Earth, and both standard deviations are positive.
     pub fn is_sound(&self) -> bool {
-        let positive = |sd: f64| sd.is_finite() && sd > 0.0;
-        self.position.is_finite()
-            && self.velocity.is_finite()
-            && positive(self.position_sd_m)
-            && positive(self.velocity_sd_m_s)
+        let up_to = |most: f64, sd: f64| sd > 0.0 && sd <= most;
+        self.position.is_within(FARTHEST_M)
+            && self.velocity.is_within(FASTEST_M_S)
+            && up_to(FARTHEST_M, self.position_sd_m)
+            && up_to(FASTEST_M_S, self.velocity_sd_m_s)
     }
 }
 
 impl Detection {
-    /// A measurement that a sensor can make: finite, with a positive range.
+    /// A measurement that a sensor can make: finite, with a positive range that there is on Earth.
     pub fn is_sound(&self) -> bool {
         let RangeBearing { range_m, bearing } = self.measurement;
-        // What is not finite in a sum stays so, and an angle is too small to make it so.
-        range_m > 0.0 && (range_m + bearing.rad()).is_finite()
+        range_m > 0.0 && range_m <= FARTHEST_M && bearing.rad().is_finite()
     }
 }

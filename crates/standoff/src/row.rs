@@ -6,7 +6,7 @@
 use core::cmp::Ordering;
 
 use crate::group_id::GroupId;
-use crate::message::{Cue, Detection, Report, Scan};
+use crate::message::{Cue, Detection, FARTHEST_M, FASTEST_M_S, Report, Scan};
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
@@ -87,7 +87,8 @@ impl Row {
     /// Takes a report in.
     pub(crate) fn put(&mut self, said: Said) -> Put {
         let Said { uav, stamp, state, scan, duty, leaves } = said;
-        let is_sound = state.is_finite() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
+        let is_possible = state.position.is_within(FARTHEST_M) && state.speed_m_s.abs() <= FASTEST_M_S;
+        let is_sound = is_possible && state.is_finite() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_sound || scan.detections.len() > TARGETS_MAX {
             return Put::Refused;
         }
@@ -253,12 +254,17 @@ mod tests {
     }
 
     #[test]
-    fn reports_without_a_number_are_refused() {
+    fn reports_without_a_number_or_from_beyond_the_earth_are_refused() {
         let mut row = row();
-        for wrong in [f64::NAN, f64::INFINITY] {
+        let mut far = report(1, 0, 1);
+        for x_m in [1e300, -2e8] {
+            far.state.position = Position::from_m(x_m, 0.0);
+            assert_eq!(row.put(Said::of(&far)), Put::Refused);
+        }
+        for wrong in [f64::NAN, f64::INFINITY, 1e300] {
             let (mut state, mut boresight) = (report(1, 0, 1), report(1, 0, 1));
             state.state.speed_m_s = wrong;
-            boresight.boresight = Some(Angle::from_rad(wrong));
+            boresight.boresight = Some(Angle::from_rad(f64::INFINITY));
             assert_eq!(put(&mut row, &[state, boresight]), (vec![Put::Refused; 2], vec![]));
         }
     }
@@ -271,7 +277,13 @@ mod tests {
         };
         let mut row = row();
         let mut said = report(1, 0, 1);
-        said.detections = vec![detection(4, 10.0), detection(2, f64::NAN), detection(1, 5.0), detection(4, 11.0)];
+        said.detections = vec![
+            detection(4, 10.0),
+            detection(2, f64::NAN),
+            detection(1, 5.0),
+            detection(4, 11.0),
+            detection(3, 1e300),
+        ];
         row.put(Said::of(&said));
         let kept: Vec<_> =
             row.reports().iter().flat_map(|r| &r.detections).map(|d| (d.label.0, d.measurement.range_m)).collect();
