@@ -334,14 +334,25 @@ impl Log {
 
     /// Whom others have heard is there, too.
     fn learn_of_others(&mut self, knowledge: &Knowledge, instant: i64) {
+        let mut place = 0;
         for run in &knowledge.held {
-            if let Speaker::Uav(uav) = run.speaker
-                && run.to >= self.first
-                && run.to <= instant
-                && self.has_room_for(uav)
-            {
-                let from = run.from.max(self.first);
-                let peer = self.peer_mut(uav, from);
+            let Speaker::Uav(uav) = run.speaker else { break };
+            if run.to < self.first || run.to > instant {
+                continue;
+            }
+            // Both are by UAV.
+            while self.peers.get(place).is_some_and(|peer| peer.uav < uav) {
+                place += 1;
+            }
+            let from = run.from.max(self.first);
+            if self.peers.get(place).is_none_or(|peer| peer.uav != uav) {
+                if self.peers.len() >= TEAM_MAX {
+                    continue;
+                }
+                self.peers.insert(place, Peer::new(uav, from));
+            }
+            let peer = &mut self.peers[place];
+            if from < peer.first || peer.newest < run.to {
                 peer.spoke(from);
                 peer.spoke(run.to);
             }
@@ -416,10 +427,18 @@ impl Log {
 
     /// Something is missing here that a peer holds, of these instants.
     fn lacks_of(&self, peer: &Peer, (from, to): (i64, i64)) -> bool {
+        let mut held = &self.held[..];
         peer.knowledge.held.iter().any(|run| {
             let from = run.from.max(first_of(run.speaker, from));
             let to = run.to.min(last_of(run.speaker, to));
-            from <= to && !self.runs(run.speaker).is_some_and(|runs| runs.cover(from, to))
+            // Both are by speaker.
+            while let [(speaker, _), rest @ ..] = held
+                && *speaker < run.speaker
+            {
+                held = rest;
+            }
+            let runs = held.first().filter(|(speaker, _)| *speaker == run.speaker);
+            from <= to && !runs.is_some_and(|(_, runs)| runs.cover(from, to))
         })
     }
 

@@ -8,7 +8,7 @@
 use crate::log::Log;
 use crate::log::peer::Peer;
 use crate::log::runs::{first_of, instant_of, last_of, number_of_cue};
-use crate::message::{Cue, Message, Report, Speaker};
+use crate::message::{Cue, Held, Message, Report, Speaker};
 
 /// After so many periods whoever holds an entry says it: the one whose turn it was is not heard.
 const OTHERS_AFTER: i64 = 4;
@@ -77,12 +77,14 @@ impl Repair {
             let mut looked = 0;
             let committed = log.instant_at(peer.knowledge.committed);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - delay);
+            let mut others = &peer.knowledge.held[..];
             for (speaker, runs) in &log.held {
                 if looked >= most {
                     break;
                 }
                 let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
-                runs.without(peer.held(*speaker), (first, last), |number| {
+                let its = next_of(&mut others, *speaker);
+                runs.without(its, (first, last), |number| {
                     let entry = (instant_of(*speaker, number), *speaker, number);
                     // One that was said again may be on its way, or was lost: the next report tells.
                     let sent = self.sent.iter().find(|sent| (sent.speaker, sent.number) == (*speaker, number));
@@ -131,6 +133,15 @@ const LOOKED_MAX: usize = 1 << 18;
 pub(crate) enum Again<'a> {
     Report(&'a Report),
     Cue(&'a Cue),
+}
+
+/// What is held of a speaker, of what is listed by speaker; those before it are passed.
+fn next_of<'a>(held: &mut &'a [Held], speaker: Speaker) -> &'a [Held] {
+    let before = held.iter().take_while(|run| run.speaker < speaker).count();
+    let of_it = held[before..].iter().take_while(|run| run.speaker == speaker).count();
+    let (its, rest) = held[before..].split_at(of_it);
+    *held = rest;
+    its
 }
 
 impl Again<'_> {

@@ -57,6 +57,13 @@ impl Runs {
 
     /// What of these is held and not in `others`, which are ascending and apart.
     pub(crate) fn without(&self, others: &[Held], (from, to): (i64, i64), mut tell: impl FnMut(i64)) {
+        // Mostly all is held.
+        if let (&[(start, end)], &[Held { from: first, to: last, .. }]) = (&self.0[..], others)
+            && first <= start.max(from)
+            && end.min(to) <= last
+        {
+            return;
+        }
         let start = self.0.partition_point(|run| run.1 < from);
         for run in self.0[start..].iter().take_while(|run| run.0 <= to) {
             let mut next = run.0.max(from);
