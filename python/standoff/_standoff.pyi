@@ -127,7 +127,7 @@ class Choice:
     @property
     def group(self, /) -> Incomplete:
         """
-        ``(G,)``: the groups.
+        ``(G,)``: the groups' ids, which tell them apart and nothing else.
         """
     @property
     def members(self, /) -> list[Incomplete]:
@@ -142,7 +142,7 @@ class Choice:
     @property
     def serves(self, /) -> Incomplete:
         """
-        ``(U,)``: the group that each serves until now; -1: none.
+        ``(U,)``: the group that each serves until now, by its id; -1: none.
         """
     @property
     def time_s(self, /) -> float:
