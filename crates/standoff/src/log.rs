@@ -428,9 +428,14 @@ impl Log {
     /// Something is missing here that a peer holds, of these instants.
     fn lacks_of(&self, peer: &Peer, (from, to): (i64, i64)) -> bool {
         let mut held = &self.held[..];
+        let of = |speaker| (first_of(speaker, from), last_of(speaker, to));
+        let (of_uavs, of_searchers) = (of(Speaker::Uav(self.own)), of(Speaker::Searcher(0)));
         peer.knowledge.held.iter().any(|run| {
-            let from = run.from.max(first_of(run.speaker, from));
-            let to = run.to.min(last_of(run.speaker, to));
+            let (from, to) = if matches!(run.speaker, Speaker::Uav(_)) { of_uavs } else { of_searchers };
+            let (from, to) = (run.from.max(from), run.to.min(to));
+            if from > to {
+                return false;
+            }
             // Both are by speaker.
             while let [(speaker, _), rest @ ..] = held
                 && *speaker < run.speaker
@@ -438,7 +443,7 @@ impl Log {
                 held = rest;
             }
             let runs = held.first().filter(|(speaker, _)| *speaker == run.speaker);
-            from <= to && !runs.is_some_and(|(_, runs)| runs.cover(from, to))
+            !runs.is_some_and(|(_, runs)| runs.cover(from, to))
         })
     }
 

@@ -22,11 +22,17 @@ impl Runs {
 
     /// All from one number to another are held.
     pub(crate) fn cover(&self, from: i64, to: i64) -> bool {
-        let index = self.0.partition_point(|run| run.1 < from);
-        self.0.get(index).is_some_and(|run| run.0 <= from && to <= run.1)
+        let covers = |run: &(i64, i64)| run.0 <= from && to <= run.1;
+        // Mostly it is the last.
+        self.0.last().is_some_and(covers) || self.0.get(self.0.partition_point(|run| run.1 < from)).is_some_and(covers)
     }
 
     pub(crate) fn add(&mut self, number: i64) {
+        // Mostly it is the next.
+        if let Some(last) = self.0.last_mut().filter(|last| last.1 + 1 == number) {
+            last.1 = number;
+            return;
+        }
         let index = self.0.partition_point(|run| run.1 < number);
         if self.0.get(index).is_some_and(|run| run.0 <= number) {
             return;
