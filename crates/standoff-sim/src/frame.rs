@@ -74,9 +74,28 @@ pub struct Agents {
 impl Agents {
     /// Who serves which group, by its id, as a mind believes: by ascending UAV.
     pub fn crew(&self, agent: u32) -> impl Iterator<Item = (u32, u64)> + Clone {
-        let start = self.team.partition_point(|row| row.agent < agent);
-        let team = self.team[start..].iter().take_while(move |row| row.agent == agent);
-        team.filter_map(|row| row.group_id.map(|id| (row.uav, id)))
+        self.team_of(agent).iter().filter_map(|row| row.group_id.map(|id| (row.uav, id)))
+    }
+
+    /// The tracks of a mind, by ascending target.
+    pub fn tracks_of(&self, agent: u32) -> &[OfAgent<TrackRow>] {
+        of(&self.tracks, agent, |of| of.agent)
+    }
+
+    /// The groups of a mind, ascending.
+    pub fn groups_of(&self, agent: u32) -> &[OfAgent<GroupRow>] {
+        of(&self.groups, agent, |of| of.agent)
+    }
+
+    /// The team of a mind, by ascending UAV.
+    pub fn team_of(&self, agent: u32) -> &[TeamRow] {
+        of(&self.team, agent, |row| row.agent)
+    }
+
+    /// What a mind believes of a UAV; `None` of one that it has never heard, nor heard of.
+    pub fn mate(&self, agent: u32, uav: u32) -> Option<&TeamRow> {
+        let place = self.team.binary_search_by_key(&(agent, uav), |row| (row.agent, row.uav)).ok()?;
+        Some(&self.team[place])
     }
 
     /// Nothing, in room that lives on.
@@ -100,6 +119,13 @@ impl Agents {
         put_in_order(team, |row| (row.agent, row.uav));
         events.sort_by_key(|row| row.agent);
     }
+}
+
+/// The rows of one, in a table that is sorted by it.
+pub(crate) fn of<R, K: Ord>(rows: &[R], key: K, by: impl Fn(&R) -> K) -> &[R] {
+    let start = rows.partition_point(|row| by(row) < key);
+    let length = rows[start..].partition_point(|row| by(row) == key);
+    &rows[start..start + length]
 }
 
 /// Sorts rows, of which the first of each key stays. Those that are in order, as most are, need no room for that.

@@ -195,17 +195,8 @@ impl Brain for Wild {
         Reported { groups: false, ..Reported::default() }
     }
     fn report(&self, beliefs: &mut Beliefs) {
-        let row = |target, x_m| TrackRow {
-            target,
-            track: 7,
-            status: TrackStatus::Held,
-            place: Place::Unassigned,
-            group: None,
-            to_group: None,
-            state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0],
-            covariance: [1.0; 21],
-        };
-        beliefs.tracks.extend([row(1, 3.0), row(0, 1.0), row(0, 2.0), row(0, f64::NAN)]);
+        let told = [(1, 3.0), (0, 1.0), (0, 2.0), (0, f64::NAN)];
+        beliefs.tracks.extend(told.map(|(target, x_m)| track_row(target, x_m)));
     }
 }
 
@@ -230,6 +221,20 @@ fn no_brain_flies_a_uav_beyond_its_limits_or_breaks_a_frame() {
     assert_eq!(metrics.handoffs, Some(0));
 }
 
+/// A track of a target that is so far east.
+fn track_row(target: u32, x_m: f64) -> TrackRow {
+    TrackRow {
+        target,
+        track: target,
+        status: TrackStatus::Held,
+        place: Place::Unassigned,
+        group: None,
+        to_group: None,
+        state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0],
+        covariance: [1.0; 21],
+    }
+}
+
 /// Tells of two minds what is out of order, twice there or no number; and of one whose UAV has sent nothing.
 struct Untidy;
 
@@ -245,18 +250,8 @@ impl Brain for Untidy {
         let mind =
             |agent| AgentRow { agent, committed_us, disturbed: false, sent_messages, sent_bytes, double_counted };
         agents.all.extend([1, 0, 1].map(mind));
-        let track = |target, x_m| TrackRow {
-            target,
-            track: target,
-            status: TrackStatus::Held,
-            place: Place::Unassigned,
-            group: None,
-            to_group: None,
-            state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0],
-            covariance: [1.0; 21],
-        };
         let tracks = [(1, 0, 1.0), (0, 1, f64::NAN), (0, 0, 2.0), (0, 0, 3.0)];
-        agents.tracks.extend(tracks.map(|(agent, target, x_m)| OfAgent { agent, row: track(target, x_m) }));
+        agents.tracks.extend(tracks.map(|(agent, target, x_m)| OfAgent { agent, row: track_row(target, x_m) }));
         let (presence, heard_us, group) = (None, None, Some(0));
         let mate = |(agent, uav)| TeamRow { agent, uav, presence, heard_us, group, group_id: Some(u64::from(agent)) };
         agents.team.extend([(1, 1), (1, 0), (0, 1), (0, 0), (0, 1)].map(mate));

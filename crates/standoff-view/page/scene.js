@@ -54,6 +54,24 @@ function mindAt(film, id, owner, instant) {
   };
 }
 
+/** A group, by what its columns are now, and what they are on the way to the next instant. */
+function groupOf(id, now, moved) {
+  return {
+    id,
+    x_m: moved("x_m"),
+    y_m: moved("y_m"),
+    standoff_distance_m: moved("standoff_distance_m"),
+    shown_distance_m: now("standoff_distance_m"),
+    members: now("members"),
+    spread_m: now("spread_m"),
+    feasible: now("feasible") === 1,
+    separation_m: now("separation_m"),
+  };
+}
+
+/** What is told of groups of the run's own picture alone. */
+const OF_OWN_GROUPS = ["phase_rad", "phase_wanted_rad", "position_error_m", "position_bound_m"];
+
 /** Groups at a time; of another mind none while they are being loaded. */
 function groupsAt(film, time_s) {
   const { instant, share } = placeOf(film.times_s, time_s);
@@ -63,21 +81,7 @@ function groupsAt(film, time_s) {
     const now = (column) => film.value("groups", column, id, instant);
     const moved = (column) => between(now(column), film.value("groups", column, id, instant + 1), share);
     if (Number.isNaN(now("x_m"))) continue;
-    found.push({
-      id,
-      x_m: moved("x_m"),
-      y_m: moved("y_m"),
-      standoff_distance_m: moved("standoff_distance_m"),
-      shown_distance_m: now("standoff_distance_m"),
-      members: now("members"),
-      spread_m: now("spread_m"),
-      feasible: now("feasible") === 1,
-      separation_m: now("separation_m"),
-      phase_rad: now("phase_rad"),
-      phase_wanted_rad: now("phase_wanted_rad"),
-      position_error_m: now("position_error_m"),
-      position_bound_m: now("position_bound_m"),
-    });
+    found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(OF_OWN_GROUPS.map((column) => [column, now(column)])) });
   }
   return found;
 }
@@ -93,8 +97,7 @@ function otherAt(film, time_s) {
   const owner = film.minds.owner(film.instant(time_s));
   // The first of the next part is not looked up: there things stand still for the last step.
   const isLast = instant + 1 >= half.times_s.length;
-  const now_s = half.times_s[Math.min(instant, half.times_s.length - 1)];
-  return { half, owner, instant, next: isLast ? instant : instant + 1, share: isLast ? 0 : share, now_s };
+  return { half, owner, instant, next: isLast ? instant : instant + 1, share: isLast ? 0 : share };
 }
 
 /** A value of another mind: its own, or where it does not differ that of the run's own picture, which `shown` gives. */
@@ -116,23 +119,35 @@ function otherGroupsAt(film, time_s) {
     const now = (column) => at(column, other.instant);
     const moved = (column) => between(now(column), at(column, other.next), other.share);
     if (Number.isNaN(now("x_m"))) continue;
-    found.push({
-      id,
-      x_m: moved("x_m"),
-      y_m: moved("y_m"),
-      standoff_distance_m: moved("standoff_distance_m"),
-      shown_distance_m: now("standoff_distance_m"),
-      members: now("members"),
-      spread_m: now("spread_m"),
-      feasible: now("feasible") === 1,
-      separation_m: now("separation_m"),
-      phase_rad: NaN,
-      phase_wanted_rad: NaN,
-      position_error_m: NaN,
-      position_bound_m: NaN,
-    });
+    found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(OF_OWN_GROUPS.map((column) => [column, NaN])) });
   }
   return found.sort((a, b) => a.id - b.id);
+}
+
+/** A target: where it really is, by what is `told` of it now and `truly` on the way; and what is believed of it, `at` and `moved`. */
+function targetOf(id, { told, truly, at, moved }) {
+  const tracked = !Number.isNaN(at("x_m"));
+  const group = idOf(at("group"));
+  const detections = told("detections");
+  return {
+    id,
+    there: !Number.isNaN(told("true_x_m")),
+    tracked,
+    true_x_m: truly("true_x_m"),
+    true_y_m: truly("true_y_m"),
+    x_m: moved("x_m"),
+    y_m: moved("y_m"),
+    vx_m_s: at("vx_m_s"),
+    vy_m_s: at("vy_m_s"),
+    covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
+    status: tracked ? STATUS[at("status")] : null,
+    place: tracked ? PLACE[at("place")] : null,
+    group,
+    to_group: idOf(at("to_group")),
+    detections: Number.isNaN(detections) ? 0 : detections,
+    out_of_view: told("in_view") === 0 && group !== null,
+    error_m: Math.hypot(at("x_m") - told("true_x_m"), at("y_m") - told("true_y_m")),
+  };
 }
 
 /** Where targets really are, and what another mind believes of them; `null` while that is being loaded. */
@@ -150,31 +165,9 @@ function otherTargetsAt(film, time_s, detail) {
     const at = (column) => believed(column, other.instant);
     const truly = (column) => between(told(column, other.instant), told(column, other.next), other.share);
     const moved = (column) => between(at(column), believed(column, other.next), other.share);
-    const there = !Number.isNaN(told("true_x_m", other.instant));
-    const tracked = !Number.isNaN(at("x_m"));
-    if (!there && !tracked) continue;
-    const group = idOf(at("group"));
-    const detections = told("detections", other.instant);
-    found.push({
-      id,
-      there,
-      tracked,
-      is_told: other.owner !== null,
-      true_x_m: truly("true_x_m"),
-      true_y_m: truly("true_y_m"),
-      x_m: moved("x_m"),
-      y_m: moved("y_m"),
-      vx_m_s: at("vx_m_s"),
-      vy_m_s: at("vy_m_s"),
-      covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
-      status: tracked ? STATUS[at("status")] : null,
-      place: tracked ? PLACE[at("place")] : null,
-      group,
-      to_group: idOf(at("to_group")),
-      detections: Number.isNaN(detections) ? 0 : detections,
-      out_of_view: told("in_view", other.instant) === 0 && group !== null,
-      error_m: Math.hypot(at("x_m") - told("true_x_m", other.instant), at("y_m") - told("true_y_m", other.instant)),
-    });
+    const now = (column) => told(column, other.instant);
+    const target = targetOf(id, { told: now, truly, at, moved });
+    if (target.there || target.tracked) found.push({ ...target, is_told: other.owner !== null });
   }
   return found.sort((a, b) => a.id - b.id);
 }
@@ -197,29 +190,8 @@ function targetsAt(film, time_s) {
       return following ? following.tables.targets.value(name, id, 0) : NaN;
     };
     const moved = (name) => between(columns[name][cell], next(name), share);
-    const there = !Number.isNaN(columns.true_x_m[cell]);
-    const tracked = !Number.isNaN(columns.x_m[cell]);
     const at = (name) => columns[name][cell];
-    const group = idOf(at("group"));
-    found.push({
-      id,
-      there,
-      tracked,
-      true_x_m: moved("true_x_m"),
-      true_y_m: moved("true_y_m"),
-      x_m: moved("x_m"),
-      y_m: moved("y_m"),
-      vx_m_s: at("vx_m_s"),
-      vy_m_s: at("vy_m_s"),
-      covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
-      status: tracked ? STATUS[at("status")] : null,
-      place: tracked ? PLACE[at("place")] : null,
-      group,
-      to_group: idOf(at("to_group")),
-      detections: at("detections"),
-      out_of_view: at("in_view") === 0 && group !== null,
-      error_m: Math.hypot(at("x_m") - at("true_x_m"), at("y_m") - at("true_y_m")),
-    });
+    found.push(targetOf(id, { told: at, truly: moved, at, moved }));
   });
   return found;
 }

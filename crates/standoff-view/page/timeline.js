@@ -5,11 +5,13 @@ const BAR = 2;
 /** How far from the pointer an event may be, px. */
 const NEAR = 6;
 
+const whoseWords = ({ minds }) => (minds.chosen === null ? "the UAV whose picture is shown" : `UAV ${minds.chosen}`);
+
 /** Kinds of stretches of time, in words. */
 const SPANS = {
   differ: () => "minds differ in who serves which group",
-  silent: ({ minds }) => `somebody is silent for ${minds.chosen === null ? "the UAV whose picture is shown" : `UAV ${minds.chosen}`}`,
-  gone: ({ minds }) => `somebody is gone for ${minds.chosen === null ? "the UAV whose picture is shown" : `UAV ${minds.chosen}`}`,
+  silent: (film) => `somebody is silent for ${whoseWords(film)}`,
+  gone: (film) => `somebody is gone for ${whoseWords(film)}`,
   off: ({ minds }) => (minds.chosen === null ? "every computer is off" : `the computer of UAV ${minds.chosen} is off`),
 };
 

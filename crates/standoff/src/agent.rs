@@ -198,7 +198,7 @@ impl Agent {
 
     /// The instant of the newest report of a UAV that was heard, or told of, within the horizon.
     pub fn heard_at(&self, uav: UavId) -> Option<Time> {
-        self.log.peers().iter().find(|peer| peer.uav == uav).map(|peer| self.log.time(peer.newest))
+        self.log.peer(uav).map(|peer| self.log.time(peer.newest))
     }
 
     /// Words have gone missing of late, here or elsewhere: groups and duties are those of the decision lag ago.
@@ -401,11 +401,8 @@ impl Agent {
 
     /// Says parts of the picture that somebody has asked this agent for.
     fn offer_snapshot(&mut self, now: i64) {
-        let asks = |log: &Log, id| {
-            let asks = log.telling(now).filter_map(|peer| Some((peer.knows_at, peer.asks(id)?)));
-            asks.collect::<Vec<(i64, Ask)>>()
-        };
-        let asks = asks(&self.log, self.id);
+        let asks = self.log.telling(now).filter_map(|peer| Some((peer.knows_at, peer.asks(self.id)?)));
+        let asks: Vec<(i64, Ask)> = asks.collect();
         if asks.is_empty() {
             return;
         }
@@ -496,10 +493,8 @@ impl Agent {
 
     /// Nobody tells a picture, though asked in turn: it counts no more for a while; for long, if the question was heard.
     fn pass_over(&mut self, counting: UavId, asks_since: i64, now: i64) -> Option<Ask> {
-        let mut told = self.log.telling(now).filter(|peer| peer.uav == counting);
-        let heard = told.find_map(|peer| peer.held(Speaker::Uav(self.id)).last());
+        let heard = self.log.peer(counting).and_then(|peer| peer.held(Speaker::Uav(self.id)).last());
         let is_heard = heard.is_some_and(|run| run.to >= asks_since);
-        drop(told);
         let pause = if is_heard { self.log.horizon() } else { 2 * self.log.lease() };
         self.log.pass_over(counting, now + pause);
         (self.doubted_since, self.asks_since) = (None, None);

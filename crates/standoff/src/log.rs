@@ -291,25 +291,28 @@ impl Log {
         self.held.len() - uavs < TEAM_MAX || self.runs(speaker).is_some()
     }
 
-    fn peer(&self, uav: UavId) -> Option<&Peer> {
-        self.peers.binary_search_by_key(&uav, |peer| peer.uav).ok().map(|index| &self.peers[index])
+    /// Where a peer stands, or would.
+    fn place(&self, uav: UavId) -> Result<usize, usize> {
+        self.peers.binary_search_by_key(&uav, |peer| peer.uav)
+    }
+
+    /// A UAV ever heard of, until the horizon has passed.
+    pub(crate) fn peer(&self, uav: UavId) -> Option<&Peer> {
+        self.place(uav).ok().map(|place| &self.peers[place])
     }
 
     fn peer_mut(&mut self, uav: UavId, instant: i64) -> &mut Peer {
-        let index = match self.peers.binary_search_by_key(&uav, |peer| peer.uav) {
-            Ok(index) => index,
-            Err(index) => {
-                self.peers.insert(index, Peer::new(uav, instant));
-                index
-            }
-        };
-        &mut self.peers[index]
+        let place = self.place(uav).unwrap_or_else(|place| {
+            self.peers.insert(place, Peer::new(uav, instant));
+            place
+        });
+        &mut self.peers[place]
     }
 
     /// Until then a peer's picture does not count.
     pub(crate) fn pass_over(&mut self, uav: UavId, until: i64) {
-        if let Ok(index) = self.peers.binary_search_by_key(&uav, |peer| peer.uav) {
-            self.peers[index].passed_over_until = until;
+        if let Ok(place) = self.place(uav) {
+            self.peers[place].passed_over_until = until;
         }
     }
 

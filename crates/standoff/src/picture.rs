@@ -221,12 +221,7 @@ impl Picture {
         for cue in news.row.cues() {
             let is_wanted = self.find_label(cue.label).is_none_or(|known| known.track.is_lost());
             let Some(track) = Track::from_cue(cue, &params.track, news.now).filter(|_| is_wanted) else { continue };
-            if !self.has_room_for(track.id) {
-                self.impossible += 1;
-                continue;
-            }
-            self.memberships.start(track);
-            self.events.push(Event::of_track(EventKind::Cued, track.id, None));
+            self.start(track, EventKind::Cued);
         }
     }
 
@@ -332,18 +327,19 @@ impl Picture {
             if self.find_label(label).is_none()
                 && let Some(track) = Track::from_measurements(label, scratch.measured_of(label), &params.track)
             {
-                if !self.has_room_for(track.id) {
-                    self.impossible += 1;
-                    continue;
-                }
-                self.memberships.start(track);
-                self.events.push(Event::of_track(EventKind::Acquired, track.id, None));
+                self.start(track, EventKind::Acquired);
             }
         }
     }
 
-    fn has_room_for(&self, track: TrackId) -> bool {
-        self.known().len() < TARGETS_MAX || self.find(track).is_some()
+    /// Keeps a track from now on, if there is room for it.
+    fn start(&mut self, track: Track, kind: EventKind) {
+        if self.known().len() >= TARGETS_MAX && self.find(track.id).is_none() {
+            self.impossible += 1;
+            return;
+        }
+        self.memberships.start(track);
+        self.events.push(Event::of_track(kind, track.id, None));
     }
 
     /// Which reports count: not those of a UAV that is where it could not have come to since it was heard last. If it stays

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::mean::Mean;
-use crate::frame::{AgentRow, Agents, Frame, TeamRow};
+use crate::frame::{AgentRow, Agents, Frame, of};
 
 /// Over the instants so far; of one mind for all there is nothing.
 #[derive(Debug, Clone, Default)]
@@ -70,10 +70,9 @@ impl Agreement {
         let agents = &frame.agents;
         self.served.clear();
         for AgentRow { agent, .. } in &agents.all {
-            let own = agents.team.binary_search_by_key(&(*agent, *agent), |row| (row.agent, row.uav));
-            let Ok(TeamRow { group, group_id, .. }) = own.map(|place| agents.team[place]) else { continue };
-            let (Some(group), Some(id)) = (group, group_id) else { continue };
-            let members = of(&agents.tracks, *agent, |of| of.agent).iter().filter(|of| of.row.group == Some(group));
+            let duty = agents.mate(*agent, *agent).and_then(|own| own.group.zip(own.group_id));
+            let Some((group, id)) = duty else { continue };
+            let members = agents.tracks_of(*agent).iter().filter(|of| of.row.group == Some(group));
             self.served.extend(members.map(|of| (of.row.target, id)));
         }
         self.served.sort_unstable();
@@ -102,13 +101,6 @@ impl Agreement {
     }
 }
 
-/// The rows of one, in a table that is sorted by it.
-pub(super) fn of<R, K: Ord>(rows: &[R], key: K, by: impl Fn(&R) -> K) -> &[R] {
-    let start = rows.partition_point(|row| by(row) < key);
-    let length = rows[start..].partition_point(|row| by(row) == key);
-    &rows[start..start + length]
-}
-
 /// Any two minds differ in who serves which group.
 fn crews_differ(agents: &Agents) -> bool {
     agents.all.windows(2).any(|two| !agents.crew(two[0].agent).eq(agents.crew(two[1].agent)))
@@ -117,7 +109,7 @@ fn crews_differ(agents: &Agents) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::OfAgent;
+    use crate::frame::{OfAgent, TeamRow};
     use crate::score::fixtures::{track_row, truth_row, uav_row};
 
     /// A mind: whose, which group each of two UAVs serves, and in which group each of two targets is.

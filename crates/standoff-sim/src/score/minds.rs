@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::agreement::of;
 use super::metrics::Metrics;
-use crate::frame::{Agents, Frame};
+use crate::frame::Frame;
 
 /// What scores one picture, frame by frame.
 pub(super) trait Scores {
@@ -67,27 +66,25 @@ impl<S: Scores> Minds<S> {
 
 /// Makes `own` what a frame would be if there were this mind alone: which group a UAV serves is as it believes.
 fn own_frame(frame: &Frame, agent: u32, own: &mut Frame) {
-    let Agents { all, tracks, groups, team, .. } = &frame.agents;
+    let agents = &frame.agents;
     own.time_us = frame.time_us;
     own.truth.clone_from(&frame.truth);
     own.detections.clone_from(&frame.detections);
     own.uavs.clone_from(&frame.uavs);
-    let team = of(team, agent, |row| row.agent);
     for uav in &mut own.uavs {
-        let is_there = all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
-        let mate = team.binary_search_by_key(&uav.uav, |row| row.uav).ok().filter(|_| is_there);
-        uav.group = mate.and_then(|place| team[place].group);
+        let is_there = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
+        uav.group = agents.mate(agent, uav.uav).filter(|_| is_there).and_then(|mate| mate.group);
     }
     own.tracks.clear();
-    own.tracks.extend(of(tracks, agent, |of| of.agent).iter().map(|of| of.row));
+    own.tracks.extend(agents.tracks_of(agent).iter().map(|of| of.row));
     own.groups.clear();
-    own.groups.extend(of(groups, agent, |of| of.agent).iter().map(|of| of.row));
+    own.groups.extend(agents.groups_of(agent).iter().map(|of| of.row));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{AgentRow, OfAgent, TeamRow};
+    use crate::frame::{AgentRow, Agents, OfAgent, TeamRow};
     use crate::scenario::{Edits, Scenario};
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
     use crate::score::{Choice, Rules, Scorer};

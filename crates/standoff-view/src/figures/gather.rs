@@ -203,9 +203,8 @@ impl Run {
         }
         for row in &frame.agents.all {
             let (agents, mind) = (&frame.agents, self.minds.entry(row.agent).or_default());
-            let unheard = agents.team.iter().filter(|mate| {
-                mate.agent == row.agent && mate.presence.is_some_and(|presence| presence != Presence::Live)
-            });
+            let team = agents.team_of(row.agent).iter();
+            let unheard = team.filter(|mate| mate.presence.is_some_and(|presence| presence != Presence::Live));
             let contradicts = |other: &&AgentRow| !agents.crew(other.agent).eq(agents.crew(row.agent));
             mind.unheard.push(index, time, unheard.count() as f64);
             mind.contradicting.push(index, time, agents.all.iter().filter(contradicts).count() as f64);

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use standoff::Presence;
-use standoff_sim::record::{Agents, Frame, GroupRow, OfAgent, TeamRow, TrackRow};
+use standoff_sim::record::{Frame, GroupRow, OfAgent, TeamRow, TrackRow};
 
 use super::table::{Table, place_code, single, status_code};
 
@@ -59,12 +59,16 @@ impl Crews {
         let agents = &frame.agents;
         let mut known: Vec<u32> = Vec::new();
         for mind in &agents.all {
-            let crew = known.iter().copied().find(|other| same_crews(agents, *other, mind.agent)).unwrap_or(mind.agent);
+            let crew = known
+                .iter()
+                .copied()
+                .find(|other| agents.crew(*other).eq(agents.crew(mind.agent)))
+                .unwrap_or(mind.agent);
             if crew == mind.agent {
                 known.push(crew);
             }
             let lag_s = mind.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
-            let [group, founded_s] = duty(team_row(agents, mind.agent, mind.agent));
+            let [group, founded_s] = duty(agents.mate(mind.agent, mind.agent));
             self.minds
                 .put(mind.agent, &[lag_s, Some(f64::from(mind.disturbed)), group, founded_s, Some(f64::from(crew))]);
             self.team(frame, mind.agent);
@@ -75,9 +79,9 @@ impl Crews {
         let (agents, instants) = (&frame.agents, self.instants);
         let table = self.teams.entry(agent).or_insert_with(|| Table::at(format!("team-{agent}"), &TEAM, instants));
         // By its own clock.
-        let now_us = team_row(agents, agent, agent).and_then(|row| row.heard_us).unwrap_or(frame.time_us);
+        let now_us = agents.mate(agent, agent).and_then(|row| row.heard_us).unwrap_or(frame.time_us);
         for uav in &frame.uavs {
-            let row = team_row(agents, agent, uav.uav);
+            let row = agents.mate(agent, uav.uav);
             let [group, founded_s] = duty(row);
             let age_s = row.and_then(|row| row.heard_us).map(|heard_us| seconds(now_us.saturating_sub(heard_us)));
             let presence = match row.and_then(|row| row.presence) {
@@ -88,7 +92,7 @@ impl Crews {
                 None => NEVER_HEARD,
             };
             let is_on = agents.all.binary_search_by_key(&uav.uav, |mind| mind.agent).is_ok();
-            let own = duty(team_row(agents, uav.uav, uav.uav));
+            let own = duty(agents.mate(uav.uav, uav.uav));
             if !is_on || (presence, age_s, [group, founded_s]) != (0.0, Some(0.0), own) {
                 table.put(uav.uav, &[Some(presence), age_s, group, founded_s]);
             }
@@ -121,9 +125,8 @@ impl Pictures {
                 let table = |of, columns| Table::at(format!("{of}-{agent}"), columns, instants);
                 (table("tracks", &TRACK), table("groups", &GROUP))
             });
-            let own = of(&agents.tracks, agent);
-            differences(tracks, &frame.tracks, own, |row| row.target, track);
-            differences(groups, &frame.groups, of(&agents.groups, agent), |row| row.group, group);
+            differences(tracks, &frame.tracks, agents.tracks_of(agent), |row| row.target, track);
+            differences(groups, &frame.groups, agents.groups_of(agent), |row| row.group, group);
         }
     }
 
@@ -174,30 +177,10 @@ fn group(row: &GroupRow) -> [Option<f64>; GROUP.len()] {
     [Some(1.0), x, y, members, spread, margin, distance, Some(f64::from(row.feasible)), row.separation_m]
 }
 
-/// A mind's rows of a table that is sorted by it.
-fn of<R>(rows: &[OfAgent<R>], agent: u32) -> &[OfAgent<R>] {
-    let from = rows.partition_point(|of| of.agent < agent);
-    &rows[from..from + rows[from..].partition_point(|of| of.agent == agent)]
-}
-
-fn team_row(agents: &Agents, agent: u32, uav: u32) -> Option<&TeamRow> {
-    agents.team.binary_search_by_key(&(agent, uav), |row| (row.agent, row.uav)).ok().map(|place| &agents.team[place])
-}
-
 /// The group that is served, and when it was founded, which tells two of one number apart: an id begins with it.
 fn duty(row: Option<&TeamRow>) -> [Option<f64>; 2] {
     let group = row.and_then(|row| Some((row.group?, row.group_id?)));
     [group.map(|(number, _)| f64::from(number)), group.map(|(_, id)| seconds((id >> 16) as i64))]
-}
-
-/// By both minds the same UAVs serve the same groups.
-fn same_crews(agents: &Agents, one: u32, other: u32) -> bool {
-    let crew = |agent: u32| {
-        let from = agents.team.partition_point(|row| row.agent < agent);
-        let team = agents.team[from..].iter().take_while(move |row| row.agent == agent);
-        team.filter_map(|row| row.group_id.map(|id| (row.uav, id)))
-    };
-    crew(one).eq(crew(other))
 }
 
 fn seconds(time_us: i64) -> f64 {
