@@ -125,7 +125,7 @@ function otherGroupsAt(film, time_s) {
 }
 
 /** A target: where it really is, by what is `told` of it now and `truly` on the way; and what is believed of it, `at` and `moved`. */
-function targetOf(id, { told, truly, at, moved }) {
+function knownTarget(id, { told, truly, at, moved }) {
   const tracked = !Number.isNaN(at("x_m"));
   const group = idOf(at("group"));
   const detections = told("detections");
@@ -166,7 +166,7 @@ function otherTargetsAt(film, time_s, detail) {
     const truly = (column) => between(told(column, other.instant), told(column, other.next), other.share);
     const moved = (column) => between(at(column), believed(column, other.next), other.share);
     const now = (column) => told(column, other.instant);
-    const target = targetOf(id, { told: now, truly, at, moved });
+    const target = knownTarget(id, { told: now, truly, at, moved });
     if (target.there || target.tracked) found.push({ ...target, is_told: other.owner !== null });
   }
   return found.sort((a, b) => a.id - b.id);
@@ -191,7 +191,7 @@ function targetsAt(film, time_s) {
     };
     const moved = (name) => between(columns[name][cell], next(name), share);
     const at = (name) => columns[name][cell];
-    found.push(targetOf(id, { told: at, truly: moved, at, moved }));
+    found.push(knownTarget(id, { told: at, truly: moved, at, moved }));
   });
   return found;
 }

@@ -303,7 +303,9 @@ impl Agent {
             Some(last) => {
                 let changed_from = self.log.changed_from;
                 // An instant of which nobody asked for a decision is part of the past all the same.
-                self.history.follow(&mut self.log, last);
+                if self.is_stale {
+                    self.history.follow(&mut self.log, last);
+                }
                 if changed_from < last {
                     self.log.disturbed_at = last;
                 }

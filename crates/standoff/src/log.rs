@@ -11,7 +11,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use crate::log::runs::{Runs, first_of, last_of, number_of_cue};
+use crate::log::runs::{Runs, first_of, instant_of, last_of, number_of_cue};
 use crate::message::{Cue, Held, Knowledge, Message, Report, Speaker};
 use crate::row::{Put, Row, Said, TEAM_MAX};
 use crate::step::{Refused, count};
@@ -123,16 +123,27 @@ impl Log {
         self.rows.get(usize::try_from(instant - self.first).ok()?)
     }
 
+    /// The instant of the last row.
+    fn last(&self) -> i64 {
+        self.first + self.rows.len() as i64 - 1
+    }
+
     /// The row of an instant, made where it is not there; `None` before the first.
     fn row_mut(&mut self, instant: i64) -> Option<&mut Row> {
         let place = usize::try_from(instant.checked_sub(self.first)?).ok()?;
+        if self.rows.len() <= place {
+            self.open_up_to(place);
+        }
+        self.rows.get_mut(place)
+    }
+
+    fn open_up_to(&mut self, place: usize) {
         while self.rows.len() <= place {
             let time = self.time(self.first + self.rows.len() as i64);
             let mut row = self.spare.pop().unwrap_or_default();
             row.open(time);
             self.rows.push_back(row);
         }
-        self.rows.get_mut(place)
     }
 
     /// Makes room for the present, and forgets what the horizon has passed and no picture needs.
@@ -148,10 +159,10 @@ impl Log {
             self.first += 1;
         }
         let first = self.first;
-        for (speaker, runs) in &mut self.held {
+        self.held.retain_mut(|(speaker, runs)| {
             runs.forget_before(*speaker, first);
-        }
-        self.held.retain(|(_, runs)| !runs.is_empty());
+            !runs.is_empty()
+        });
         self.peers.retain(|peer| peer.newest >= first || peer.uav == self.own);
     }
 
@@ -164,6 +175,7 @@ impl Log {
             self.first -= 1;
         }
         // What was no matter of this agent's was not learnt.
+        self.peers.iter_mut().for_each(|peer| peer.is_alike = false);
         let told: Vec<(i64, Knowledge)> =
             self.peers.iter().map(|peer| (peer.knows_at, peer.knowledge.clone())).collect();
         told.iter().for_each(|(instant, knowledge)| self.learn_of_others(knowledge, *instant));
@@ -179,7 +191,8 @@ impl Log {
         let Some(instant) = self.instant(report.time).filter(|instant| *instant <= now + self.early()) else {
             return count(&mut self.refused.off_grid);
         };
-        if !report.knowledge.as_deref().is_none_or(is_sound) {
+        let is_alike = report.knowledge.as_deref().is_some_and(|told| self.holds_as_told(told, report.uav, instant));
+        if !is_alike && !report.knowledge.as_deref().is_none_or(is_sound) {
             return count(&mut self.refused.nonsense);
         }
         if instant <= committed.max(self.first - 1) {
@@ -190,9 +203,9 @@ impl Log {
             if !is_known && !is_old {
                 count(&mut self.refused.late);
             }
-            return self.learn(report, instant);
+            return self.learn(report, instant, is_alike);
         }
-        match self.put_report(instant, Said::of(report), Some(report)) {
+        match self.put_report(instant, Said::of(report), Some((report, is_alike))) {
             Put::Refused => count(&mut self.refused.nonsense),
             Put::New => self.note_delay(now - instant),
             Put::Known | Put::Instead => {}
@@ -200,6 +213,12 @@ impl Log {
     }
 
     fn note_delay(&mut self, periods: i64) {
+        // Mostly none is late.
+        if periods <= 0 && self.longest_delay == 0 {
+            self.delays[0] += 1;
+            self.delays[0] >>= u32::from(self.delays[0] > 64);
+            return;
+        }
         self.delays[periods.clamp(0, 7) as usize] += 1;
         // What was long ago counts less and less.
         if self.delays.iter().sum::<u32>() > 64 {
@@ -215,7 +234,7 @@ impl Log {
         self.longest_delay = self.delays.iter().rposition(|count| *count > 0).unwrap_or_default() as i64;
     }
 
-    fn put_report(&mut self, instant: i64, said: Said, report: Option<&Report>) -> Put {
+    fn put_report(&mut self, instant: i64, said: Said, report: Option<(&Report, bool)>) -> Put {
         let uav = said.uav;
         if !self.has_room_for(uav) {
             return Put::Refused;
@@ -228,7 +247,7 @@ impl Log {
         if put != Put::Refused {
             self.note(Speaker::Uav(uav), instant);
             match report {
-                Some(report) => self.learn(report, instant),
+                Some((report, is_alike)) => self.learn(report, instant, is_alike),
                 None => self.peer_mut(uav, instant).hear(instant, said.leaves),
             }
         }
@@ -317,7 +336,7 @@ impl Log {
     }
 
     /// What a speaker has heard, by the newest report of it that says so.
-    fn learn(&mut self, report: &Report, instant: i64) {
+    fn learn(&mut self, report: &Report, instant: i64, is_alike: bool) {
         if !self.has_room_for(report.uav) {
             return;
         }
@@ -326,13 +345,41 @@ impl Log {
         peer.hear(instant, report.leaves);
         let is_newer = !is_own && instant > peer.knows_at;
         let Some(knowledge) = report.knowledge.as_deref().filter(|_| is_newer) else { return };
-        peer.knows_at = instant;
+        (peer.knows_at, peer.is_alike) = (instant, is_alike);
         peer.knowledge.clone_from(knowledge);
         // One that is wrong ends with the instants that it names.
         if knowledge.disturbed > self.time(self.disturbed_at) {
             self.disturbed_at = self.instant_at(knowledge.disturbed).min(instant).max(self.disturbed_at);
         }
-        self.learn_of_others(knowledge, instant);
+        if !is_alike {
+            self.learn_of_others(knowledge, instant);
+        }
+    }
+
+    /// What a UAV tells in its report of an instant to hold, that report with it, is what is held here once that is: neither
+    /// more nor less, as far as it could know. So it mostly is.
+    fn holds_as_told(&self, told: &Knowledge, uav: UavId, instant: i64) -> bool {
+        let (from, to) = (self.instant_at(told.committed).saturating_add(1).max(self.first), instant - 1);
+        let of = |speaker| (first_of(speaker, from), last_of(speaker, to));
+        let (of_uavs, of_searchers) = (of(Speaker::Uav(uav)), of(Speaker::Searcher(0)));
+        let mut told = told.held.iter();
+        let mut next = told.next();
+        for (speaker, runs) in &self.held {
+            let (first, last) = if matches!(speaker, Speaker::Uav(_)) { of_uavs } else { of_searchers };
+            if let (Some(run), &[(start, mut end)]) = (next, runs.runs())
+                && run.speaker == *speaker
+            {
+                end += i64::from(*speaker == Speaker::Uav(uav) && end == to);
+                let is_within = start <= run.from && run.from <= run.to && run.to <= end;
+                if !(is_within && run.from <= start.max(first) && end.min(last) <= run.to) {
+                    return false;
+                }
+                next = told.next();
+            } else if runs.runs().iter().any(|run| first <= run.1 && run.0 <= last) {
+                return false;
+            }
+        }
+        next.is_none()
     }
 
     /// Whom others have heard is there, too.
@@ -363,6 +410,11 @@ impl Log {
     }
 
     fn note(&mut self, speaker: Speaker, number: i64) {
+        let instant = instant_of(speaker, number);
+        // Who has spoken since may have told that it lacks this one.
+        if instant < self.last() {
+            self.peers.iter_mut().filter(|peer| instant < peer.knows_at).for_each(|peer| peer.is_alike = false);
+        }
         let index = match self.held.binary_search_by_key(&speaker, |(speaker, _)| *speaker) {
             Ok(index) => index,
             Err(index) => {
@@ -430,6 +482,9 @@ impl Log {
 
     /// Something is missing here that a peer holds, of these instants.
     fn lacks_of(&self, peer: &Peer, (from, to): (i64, i64)) -> bool {
+        if peer.is_alike {
+            return false;
+        }
         let mut held = &self.held[..];
         let of = |speaker| (first_of(speaker, from), last_of(speaker, to));
         let (of_uavs, of_searchers) = (of(Speaker::Uav(self.own)), of(Speaker::Searcher(0)));
@@ -472,8 +527,12 @@ impl Log {
 
 /// Within its bounds, and in order.
 fn is_sound(knowledge: &Knowledge) -> bool {
-    let Knowledge { held, .. } = knowledge;
-    held.len() <= HELD_MAX
-        && held.iter().all(|run| run.from <= run.to)
-        && held.is_sorted_by(|a, b| a.speaker < b.speaker || a.speaker == b.speaker && a.to < b.from)
+    let mut last: Option<&Held> = None;
+    let follows =
+        |run: &Held, last: &Held| last.speaker < run.speaker || last.speaker == run.speaker && last.to < run.from;
+    knowledge.held.len() <= HELD_MAX
+        && knowledge
+            .held
+            .iter()
+            .all(|run| run.from <= run.to && last.replace(run).is_none_or(|last| follows(run, last)))
 }

@@ -139,7 +139,7 @@ impl Picture {
             && is_ascending(self.searches.iter().map(|duty| u64::from(duty.uav.0)))
             && self.searches.iter().all(|duty| self.find(duty.track).is_some())
             && is_ascending(self.team.iter().map(|mate| u64::from(mate.uav.0)))
-            && self.team.iter().all(|mate| mate.state.is_finite() && mate.said.is_finite() && mate.said_at <= self.time)
+            && self.team.iter().all(|mate| mate.state.is_finite() && mate.said.is_sound() && mate.said_at <= self.time)
     }
 
     /// Who is in which group, or serves which, is another than in the picture before.
@@ -183,12 +183,11 @@ impl Picture {
         let after_s = if is_full { 0.0 } else { params.track.forget_lost_s };
         self.memberships.forget_lost(Duration::from_s(after_s));
         self.take_cues(news, params);
-        self.weigh_reports(previous, news, params, &mut scratch.impossible);
+        self.gather_team(previous, news, params, &mut scratch.impossible);
         self.measure(news.row, &params.track.sensor, scratch);
         self.update_tracks(previous, news, params, scratch);
         self.start_tracks(params, scratch);
 
-        self.gather_team(previous, news, params, &scratch.impossible);
         scratch.before.copy(self.memberships.roster());
         if !news.is_carried_on {
             Settling {
@@ -342,43 +341,43 @@ impl Picture {
         self.events.push(Event::of_track(kind, track.id, None));
     }
 
-    /// Which reports count: not those of a UAV that is where it could not have come to since it was heard last. If it stays
-    /// there, it is a new one once the other is forgotten.
-    fn weigh_reports(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &mut Vec<UavId>) {
+    /// The team: every UAV heard of late, and the group it served until now. The report of one that is where it could not
+    /// have come to since it was heard last does not count: if it stays there, it is a new one once the other is forgotten.
+    fn gather_team(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &mut Vec<UavId>) {
         impossible.clear();
-        let (lease, speed_m_s) = (params.lease(), 2.0 * params.uav.speed_max_m_s());
-        let mut mates = &previous.team[..];
-        for report in news.row.reports() {
-            let Some(mate) = next_of(&mut mates, report.uav).filter(|mate| mate.is_of_late(news.now, lease)) else {
-                continue;
-            };
-            let reach_m = speed_m_s * (news.now - mate.said_at).s() + JUMP_M;
-            if report.state.position.squared_distance_m2(mate.said.position) > reach_m * reach_m {
-                impossible.push(report.uav);
-            }
-        }
-        self.impossible += impossible.len() as u32;
-    }
-
-    /// The team: every UAV heard of late, and the group it served until now.
-    fn gather_team(&mut self, previous: &Picture, news: &News, params: &TeamParams, impossible: &[UavId]) {
         self.team.clear();
-        let lease = params.lease();
-        let mut mates = &previous.team[..];
-        let mut room = TEAM_MAX - (news.row.reports().len() - impossible.len());
-        let mut carry_on = |mates: &[Teammate], team: &mut Vec<Teammate>| {
-            for mate in mates.iter().filter(|mate| mate.is_of_late(news.now, lease)).take(room) {
-                room -= 1;
-                team.push(mate.carried_on(news.now, params.radio, previous.duty_of(mate.uav)));
+        let (lease, speed_m_s) = (params.lease(), 2.0 * params.uav.speed_max_m_s());
+        let could_be_at = |mate: &Teammate, position: Position| {
+            let reach_m = speed_m_s * (news.now - mate.said_at).s() + JUMP_M;
+            position.squared_distance_m2(mate.said.position) <= reach_m * reach_m
+        };
+        let reports = news.row.reports();
+        let mut room = TEAM_MAX - reports.len();
+        let carry_on = |mates: &[Teammate], team: &mut Vec<Teammate>, room: &mut usize| {
+            for mate in mates.iter().filter(|mate| mate.is_of_late(news.now, lease)).take(*room) {
+                *room -= 1;
+                team.push(mate.carried_on(news.now, params.radio));
             }
         };
-        for report in counting(news.row, impossible) {
-            let before = mates;
-            let is_known = next_of(&mut mates, report.uav).is_some();
-            carry_on(&before[..before.len() - mates.len() - usize::from(is_known)], &mut self.team);
-            self.team.push(Teammate::heard(report, previous.duty_of(report.uav)));
+        let mut mates = &previous.team[..];
+        for report in reports {
+            // Mostly nobody is silent.
+            if mates.first().is_some_and(|mate| mate.uav < report.uav) {
+                let (silent, others) = mates.split_at(mates.partition_point(|mate| mate.uav < report.uav));
+                carry_on(silent, &mut self.team, &mut room);
+                mates = others;
+            }
+            let of_it = mates.first().filter(|mate| mate.uav == report.uav);
+            if of_it.is_some_and(|mate| mate.is_of_late(news.now, lease) && !could_be_at(mate, report.state.position)) {
+                impossible.push(report.uav);
+                room += 1;
+                continue;
+            }
+            mates = &mates[usize::from(of_it.is_some())..];
+            self.team.push(Teammate::heard(report, of_it.and_then(|mate| mate.group)));
         }
-        carry_on(mates, &mut self.team);
+        carry_on(mates, &mut self.team, &mut room);
+        self.impossible += impossible.len() as u32;
     }
 
     /// The id of the group that a UAV serves.
@@ -510,6 +509,8 @@ impl Picture {
     fn judge_groups(&mut self, previous: &Picture, params: &TeamParams) {
         let mut crew = self.crew.iter().peekable();
         for mate in &mut self.team {
+            // A crew that is carried on may name who is gone.
+            while crew.next_if(|duty| duty.uav < mate.uav).is_some() {}
             mate.group = crew.next_if(|duty| duty.uav == mate.uav).map(|duty| duty.group);
         }
         self.place_on_orbits(params);
@@ -549,17 +550,6 @@ const JUMP_M: f64 = 100.0;
 /// The reports of a row that count.
 fn counting<'a>(row: &'a Row, impossible: &'a [UavId]) -> impl Iterator<Item = &'a Report> + Clone {
     row.reports().iter().filter(|report| impossible.is_empty() || !impossible.contains(&report.uav))
-}
-
-/// The mate of that UAV, of those from the first one on that is not before it; and from then on those after it.
-fn next_of<'a>(mates: &mut &'a [Teammate], uav: UavId) -> Option<&'a Teammate> {
-    while let Some((mate, rest)) = mates.split_first().filter(|(mate, _)| mate.uav <= uav) {
-        *mates = rest;
-        if mate.uav == uav {
-            return Some(mate);
-        }
-    }
-    None
 }
 
 fn is_ascending<T: PartialOrd>(ids: impl Iterator<Item = T>) -> bool {

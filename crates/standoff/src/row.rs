@@ -6,7 +6,7 @@
 use core::cmp::Ordering;
 
 use crate::group_id::GroupId;
-use crate::message::{Cue, Detection, FARTHEST_M, FASTEST_M_S, Report, Scan};
+use crate::message::{Cue, Detection, Report, Scan};
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
@@ -87,8 +87,7 @@ impl Row {
     /// Takes a report in.
     pub(crate) fn put(&mut self, said: Said) -> Put {
         let Said { uav, stamp, state, scan, duty, leaves } = said;
-        let is_possible = state.position.is_within(FARTHEST_M) && state.speed_m_s.abs() <= FASTEST_M_S;
-        let is_sound = is_possible && state.is_finite() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
+        let is_sound = state.is_sound() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_sound || scan.detections.len() > TARGETS_MAX {
             return Put::Refused;
         }

@@ -14,6 +14,7 @@ use core::array::from_fn;
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::math;
+use crate::message::{FARTHEST_M, FASTEST_M_S};
 use crate::param::{Allowed, ParamError};
 use crate::time::Duration;
 
@@ -48,6 +49,11 @@ impl UavState {
             && self.heading.rad().is_finite()
             && self.speed_m_s.is_finite()
             && self.turn_rate_rad_s.is_finite()
+    }
+
+    /// The same, and none is beyond what there is on Earth.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.is_finite() && self.position.is_within(FARTHEST_M) && self.speed_m_s.abs() <= FASTEST_M_S
     }
 }
 

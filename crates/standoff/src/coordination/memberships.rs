@@ -101,6 +101,8 @@ pub(crate) struct Roster {
     entries: Vec<(GroupId, usize)>,
     /// The groups that have members, ascending.
     groups: Vec<GroupId>,
+    /// Where the entries of each of them end.
+    ends: Vec<usize>,
 }
 
 impl Roster {
@@ -108,39 +110,49 @@ impl Roster {
     pub(crate) fn copy(&mut self, other: &Self) {
         self.entries.clone_from(&other.entries);
         self.groups.clone_from(&other.groups);
+        self.ends.clone_from(&other.ends);
     }
 
     /// The places of a group's members, ascending.
     pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
-        let members = match self.groups[..] {
-            // Often there is but one group.
-            [only] if only == group => &self.entries[..],
-            _ => {
-                let start = self.entries.partition_point(|entry| entry.0 < group);
-                let length = self.entries[start..].partition_point(|entry| entry.0 == group);
-                &self.entries[start..start + length]
-            }
+        let members = match self.groups.binary_search(&group) {
+            Ok(index) => &self.entries[self.start(index)..self.ends[index]],
+            Err(_) => &[],
         };
         members.iter().map(|entry| entry.1)
     }
 
+    fn start(&self, index: usize) -> usize {
+        index.checked_sub(1).map_or(0, |before| self.ends[before])
+    }
+
     fn change(&mut self, place: usize, before: &Membership, now: &Membership) {
-        for group in before.groups() {
-            if let Ok(index) = self.entries.binary_search(&(group, place)) {
-                self.entries.remove(index);
-            }
-            if self.of(group).next().is_none() {
-                self.groups.retain(|other| *other != group);
-            }
+        before.groups().for_each(|group| self.remove(group, place));
+        now.groups().for_each(|group| self.add(group, place));
+    }
+
+    fn remove(&mut self, group: GroupId, place: usize) {
+        let (Ok(entry), Ok(index)) = (self.entries.binary_search(&(group, place)), self.groups.binary_search(&group))
+        else {
+            return;
+        };
+        self.entries.remove(entry);
+        self.ends[index..].iter_mut().for_each(|end| *end -= 1);
+        if self.start(index) == self.ends[index] {
+            self.groups.remove(index);
+            self.ends.remove(index);
         }
-        for group in now.groups() {
-            if let Err(index) = self.entries.binary_search(&(group, place)) {
-                self.entries.insert(index, (group, place));
-            }
-            if let Err(index) = self.groups.binary_search(&group) {
-                self.groups.insert(index, group);
-            }
-        }
+    }
+
+    fn add(&mut self, group: GroupId, place: usize) {
+        let Err(entry) = self.entries.binary_search(&(group, place)) else { return };
+        let index = self.groups.binary_search(&group).unwrap_or_else(|index| {
+            self.groups.insert(index, group);
+            self.ends.insert(index, entry);
+            index
+        });
+        self.entries.insert(entry, (group, place));
+        self.ends[index..].iter_mut().for_each(|end| *end += 1);
     }
 }
 

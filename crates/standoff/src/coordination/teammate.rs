@@ -46,7 +46,7 @@ impl Teammate {
     }
 
     /// The same, not heard now, carried on from where it last said it was: straight on, or with the turn that it flew.
-    pub(crate) fn carried_on(&self, now: Time, radio: Radio, group: Option<GroupId>) -> Self {
+    pub(crate) fn carried_on(&self, now: Time, radio: Radio) -> Self {
         let (said, dt_s) = (&self.said, (now - self.said_at).s());
         let mut state = *said;
         let turned_rad = said.turn_rate_rad_s * dt_s;
@@ -59,6 +59,6 @@ impl Teammate {
             state.position = said.position + Displacement::from_polar(chord_m, along);
             state.heading = said.heading + Angle::from_rad(turned_rad);
         }
-        Self { state, is_heard: false, boresight: None, group, ..*self }
+        Self { state, is_heard: false, boresight: None, ..*self }
     }
 }

@@ -269,6 +269,19 @@ fn while_words_go_missing_groups_and_duties_are_those_of_the_lag_ago() {
     assert_eq!(crew(&told), [0, 1, 2]);
 }
 
+/// Duties of the lag ago may name who is gone since; who is there is on its group's orbit all the same.
+#[test]
+fn held_back_duties_of_who_is_gone_leave_the_others_theirs() {
+    let mut told = Told::new();
+    (0..10).for_each(|_| told.tick(&[0, 1]));
+    (0..7).for_each(|_| told.tick(&[1]));
+    told.settle(true);
+    let head = told.history.head();
+    let uavs: Vec<u32> = head.crew.iter().map(|duty| duty.uav.0).collect();
+    let team: Vec<_> = head.team.iter().map(|mate| (mate.uav.0, mate.group)).collect();
+    assert_eq!((uavs, team), (vec![0, 1], vec![(1, Some(head.groups[0].id))]));
+}
+
 /// Who takes another's picture over goes on from it as that one does, and has none from before.
 #[test]
 fn a_picture_that_is_taken_over_is_followed_as_by_whose_it_is() {

@@ -31,6 +31,8 @@ pub(crate) struct Peer {
     /// The instant of the report from which `knowledge` is.
     pub(crate) knows_at: i64,
     pub(crate) knowledge: Knowledge,
+    /// What it has told to hold is what is held here, neither more nor less, as far as it could know.
+    pub(crate) is_alike: bool,
     /// Its picture does not count until then: it was asked for, and not given.
     pub(crate) passed_over_until: i64,
 }
@@ -39,7 +41,7 @@ impl Peer {
     pub(crate) fn new(uav: UavId, instant: i64) -> Self {
         let (first, newest, knows_at) = (instant, instant, NEVER);
         let (left_at, knowledge, passed_over_until) = (None, Knowledge::default(), NEVER);
-        Self { uav, first, newest, left_at, knows_at, knowledge, passed_over_until }
+        Self { uav, first, newest, left_at, knows_at, knowledge, is_alike: false, passed_over_until }
     }
 
     /// It has spoken of an instant: if it had left, it is back.
@@ -73,7 +75,7 @@ impl Peer {
 
     /// It is there, or was a moment ago, and has told what it knows.
     pub(crate) fn tells(&self, now: i64, lease: i64) -> bool {
-        self.left_at.is_none() && now.saturating_sub(self.knows_at) <= lease
+        self.left_at.is_none() && now - lease <= self.knows_at
     }
 
     /// What it asks of a UAV.

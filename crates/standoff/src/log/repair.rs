@@ -73,7 +73,7 @@ impl Repair {
         // Whose turn it is, is asked of everyone for every entry.
         let tellers = log.telling(now).count().max(1);
         let most = (LOOKED_MAX / (tellers * tellers)).max(16);
-        for peer in log.telling(now) {
+        for peer in log.telling(now).filter(|peer| !peer.is_alike) {
             let mut looked = 0;
             let committed = log.instant_at(peer.knowledge.committed);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.knows_at - 1 - delay);

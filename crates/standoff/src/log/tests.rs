@@ -344,3 +344,65 @@ fn those_who_hand_targets_over_are_only_so_many() {
     log.hear_cue(&Cue { number: 7, ..said_by(0) }, 3, -1);
     assert_eq!((cues(&log), log.refused.nonsense), (Some(TEAM_MAX + 1), 1));
 }
+
+/// Who counts as alike lacks nothing that is held here, and nothing that it holds is missing here, as every list is read
+/// that differs.
+#[test]
+fn who_counts_as_alike_holds_what_is_held_here() {
+    let mut seed = 1u64;
+    let mut draw = |n: u64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) % n
+    };
+    let (mut alike, mut unlike) = (0, 0);
+    let mut check = |log: &Log, now: i64| {
+        for peer in log.peers().iter().filter(|peer| peer.knows_at != NEVER) {
+            let unlike_peer = Peer { is_alike: false, ..peer.clone() };
+            let mut lacks = 0;
+            for (speaker, runs) in &log.held {
+                let range = (first_of(*speaker, 0), last_of(*speaker, peer.knows_at - 1));
+                runs.without(peer.held(*speaker), range, |_| lacks += 1);
+            }
+            let is_alike = lacks == 0 && !log.lacks_of(&unlike_peer, (0, now));
+            assert!(is_alike || !peer.is_alike, "{now}: {peer:?}, {:?}", log.held);
+            *(if peer.is_alike { &mut alike } else { &mut unlike }) += 1;
+        }
+    };
+    for _ in 0..200 {
+        let (mut log, mut on_the_way) = (log(), Vec::new());
+        for now in 0..20 {
+            log.turn_to(now, 0);
+            log.say(now, Said::of(&report(0, now)));
+            if draw(6) == 0 {
+                log.hear_cue(&cue(now as u32, now - draw(3) as i64), now, -1);
+            }
+            for uav in 1..4 {
+                let mut report = telling(uav, now, &[]);
+                let knowledge = report.knowledge.as_mut().unwrap();
+                log.list(-1, knowledge);
+                // It has heard what is heard here, but for what is said just now; now and then less or more.
+                let own = Speaker::Uav(UavId(uav));
+                for run in &mut knowledge.held {
+                    let is_own_last = run.speaker == own && run.to == now - 1;
+                    run.to += i64::from(is_own_last) - i64::from(run.speaker != own && run.to == now);
+                    run.from += i64::from(draw(30) == 0);
+                    run.to += [-1, 1][draw(2) as usize] * i64::from(draw(30) == 0);
+                }
+                knowledge.held.retain(|run| run.from <= run.to && draw(40) > 0);
+                if draw(8) == 0 {
+                    on_the_way.push(report);
+                } else {
+                    log.hear_report(&report, now, -1);
+                    check(&log, now);
+                }
+            }
+            if draw(3) == 0 {
+                for late in on_the_way.drain(..) {
+                    log.hear_report(&late, now, -1);
+                    check(&log, now);
+                }
+            }
+        }
+    }
+    assert!(alike > 1000 && unlike > 1000, "{alike} {unlike}");
+}

@@ -19,10 +19,12 @@ fn known() -> Picture {
     fleet.picture().clone()
 }
 
-/// A picture that would hold for ever what is of a moment: who is long gone, a dwell or a bar that does not end, no id left.
+/// A picture that would hold for ever what is of a moment: who is long gone, or far beyond the Earth, a dwell or a bar that
+/// does not end, no id left.
 #[test]
-fn a_picture_that_tells_of_times_to_come_is_none() {
-    let lies: [fn(&mut Picture); 8] = [
+fn a_picture_that_tells_of_what_cannot_be_is_none() {
+    let lies: [fn(&mut Picture); 9] = [
+        |picture| picture.team[0].said.position = Position::from_m(1e300, 0.0),
         |picture| picture.team[0].said_at = Time::from_us(1),
         |picture| _ = picture.memberships.new_group(Time::from_us(10_000_000), [0].into_iter()),
         |picture| _ = picture.memberships.new_group(Time::from_us(i64::MAX), [0].into_iter()),
