@@ -9,6 +9,13 @@ use nalgebra::Vector2;
 use crate::angle::Angle;
 use crate::math;
 
+/// Nothing is farther from the origin, or from a sensor, than this: more than twice around the Earth. Squares of what is farther
+/// are no numbers.
+pub(crate) const FARTHEST_M: f64 = 1e8;
+
+/// Nothing on or above the ground is faster than this: a multiple of what leaves the Earth.
+pub(crate) const FASTEST_M_S: f64 = 1e5;
+
 /// A point, metres east and north of the origin.
 ///
 /// ```

@@ -7,7 +7,7 @@
 //! it is heard, once, however often; anybody may say it again for who has not heard it.
 
 use crate::angle::Angle;
-use crate::frame::{Position, Velocity};
+use crate::frame::{FARTHEST_M, FASTEST_M_S, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::sensor::RangeBearing;
 use crate::time::Time;
@@ -284,13 +284,6 @@ impl Message {
         84 + 20 * report.detections.len() + told
     }
 }
-
-/// Nothing is farther from the origin, or from a sensor, than this: more than twice around the Earth. Squares of what is farther
-/// are no numbers.
-pub(crate) const FARTHEST_M: f64 = 1e8;
-
-/// Nothing on or above the ground is faster than this: a multiple of what leaves the Earth.
-pub(crate) const FASTEST_M_S: f64 = 1e5;
 
 impl Cue {
     /// Every number is finite, none is beyond what there is on Earth, and both standard deviations are positive.

@@ -12,9 +12,8 @@
 use core::array::from_fn;
 
 use crate::angle::Angle;
-use crate::frame::{Displacement, Position, Velocity};
+use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, Position, Velocity};
 use crate::math;
-use crate::message::{FARTHEST_M, FASTEST_M_S};
 use crate::param::{Allowed, ParamError};
 use crate::time::Duration;
 
