@@ -325,8 +325,9 @@ impl Agent {
 
     /// Commits what cannot change any more.
     fn commit(&mut self, now: i64) {
-        // At first nobody knows who is there.
-        let knows_who_is_there = now - self.began > self.log.lease();
+        // At first nobody knows who is there; who has heard nobody waits for those who are heard late.
+        let patience = if self.log.has_heard() { self.log.lease() } else { self.log.horizon() };
+        let knows_who_is_there = now - self.began > patience;
         let mut committed = self.history.committed;
         while knows_who_is_there && committed + 1 < now && self.log.is_complete(committed + 1) {
             committed += 1;

@@ -16,6 +16,9 @@ pub(crate) const FARTHEST_M: f64 = 1e8;
 /// Nothing on or above the ground is faster than this: a multiple of what leaves the Earth.
 pub(crate) const FASTEST_M_S: f64 = 1e5;
 
+/// Nothing that flies turns faster than this: sixteen times a second.
+pub(crate) const FASTEST_RAD_S: f64 = 100.0;
+
 /// A point, metres east and north of the origin.
 ///
 /// ```

@@ -54,6 +54,8 @@ pub(crate) struct Log {
     usual_delay: i64,
     /// By how many the latest of them are late.
     longest_delay: i64,
+    /// When one was late the last time.
+    late_at: i64,
     /// The earliest instant of which something was heard since the pictures were made.
     pub(crate) changed_from: i64,
     /// The last instant of which something was missing, here or elsewhere.
@@ -68,7 +70,7 @@ impl Log {
         Self {
             period,
             horizon: periods(params.log.horizon_s).clamp(1, 1200),
-            lease: periods(params.teammate_timeout_s),
+            lease: periods(params.teammate_timeout_s).max(1),
             calm_after: periods(CALM_AFTER_S),
             own,
             first: 0,
@@ -79,6 +81,7 @@ impl Log {
             delays: [0; 8],
             usual_delay: 0,
             longest_delay: 0,
+            late_at: NEVER,
             changed_from: i64::MAX,
             disturbed_at: NEVER,
             refused: Refused::default(),
@@ -90,7 +93,7 @@ impl Log {
         self.spare.extend(self.rows.drain(..));
         self.peers.clear();
         self.held.clear();
-        (self.first, self.changed_from, self.disturbed_at) = (first, i64::MAX, NEVER);
+        (self.first, self.changed_from, self.disturbed_at, self.late_at) = (first, i64::MAX, NEVER, NEVER);
     }
 
     /// The instant whose stamp a time is: within a tenth of a period.
@@ -150,7 +153,11 @@ impl Log {
     pub(crate) fn turn_to(&mut self, now: i64, needed_from: i64) {
         self.row_mut(now);
         if !self.is_disturbed(now) {
-            (self.delays, self.usual_delay, self.longest_delay) = ([0; 8], 0, 0);
+            // Whatever seems to be missing is asked for at once.
+            self.usual_delay = 0;
+        }
+        if now - self.late_at > self.calm_after {
+            (self.delays, self.longest_delay) = ([0; 8], 0);
         }
         while self.first < (now - self.horizon).min(needed_from) {
             if let Some(row) = self.rows.pop_front() {
@@ -207,12 +214,14 @@ impl Log {
         }
         match self.put_report(instant, Said::of(report), Some((report, is_alike))) {
             Put::Refused => count(&mut self.refused.nonsense),
-            Put::New => self.note_delay(now - instant),
+            Put::New => self.note_delay(instant, now),
             Put::Known | Put::Instead => {}
         }
     }
 
-    fn note_delay(&mut self, periods: i64) {
+    fn note_delay(&mut self, instant: i64, now: i64) {
+        let periods = now - instant;
+        self.late_at = if periods > 0 { now } else { self.late_at };
         // Mostly none is late.
         if periods <= 0 && self.longest_delay == 0 {
             self.delays[0] += 1;
@@ -300,8 +309,14 @@ impl Log {
         self.lease
     }
 
+    /// Who speaks takes the place of one that was only heard of; this agent always has one.
     fn has_room_for(&self, uav: UavId) -> bool {
-        self.peers.len() < TEAM_MAX || self.peer(uav).is_some()
+        self.room() > 0 || uav == self.own || self.peer(uav).is_some() || self.peers.iter().any(|peer| !peer.is_heard)
+    }
+
+    /// How many more there may be, beside this agent.
+    fn room(&self) -> usize {
+        TEAM_MAX.saturating_sub(self.peers.len() + usize::from(self.peer(self.own).is_none()))
     }
 
     /// As of UAVs, so of those who hand targets over.
@@ -321,6 +336,10 @@ impl Log {
     }
 
     fn peer_mut(&mut self, uav: UavId, instant: i64) -> &mut Peer {
+        if self.place(uav).is_err() && uav != self.own && self.room() == 0 {
+            let unheard = self.peers.iter().rposition(|peer| !peer.is_heard);
+            unheard.map(|place| self.peers.remove(place));
+        }
         let place = self.place(uav).unwrap_or_else(|place| {
             self.peers.insert(place, Peer::new(uav, instant));
             place
@@ -396,7 +415,7 @@ impl Log {
             }
             let from = run.from.max(self.first);
             if self.peers.get(place).is_none_or(|peer| peer.uav != uav) {
-                if self.peers.len() >= TEAM_MAX {
+                if self.room() == 0 {
                     continue;
                 }
                 self.peers.insert(place, Peer::new(uav, from));
@@ -431,6 +450,11 @@ impl Log {
 
     fn holds(&self, speaker: Speaker, number: i64) -> bool {
         self.runs(speaker).is_some_and(|runs| runs.holds(number))
+    }
+
+    /// Somebody else was heard, within the horizon.
+    pub(crate) fn has_heard(&self) -> bool {
+        self.peers.iter().any(|peer| peer.is_heard && peer.uav != self.own)
     }
 
     /// Everyone ever heard of, until the horizon has passed, by ascending UAV; the own one, too.

@@ -5,6 +5,7 @@
 
 use core::cmp::Ordering;
 
+use crate::angle::Angle;
 use crate::group_id::GroupId;
 use crate::message::{Cue, Detection, Report, Scan};
 use crate::time::Time;
@@ -94,7 +95,7 @@ impl Row {
         let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
             Ok(index) => {
                 let known = &self.reports[index];
-                match stamp.cmp(&(known.epoch, known.sequence)) {
+                match stamp.cmp(&(known.epoch, known.sequence)).then_with(|| any_order(&said, known)) {
                     Ordering::Equal => return Put::Known,
                     Ordering::Greater => return Put::Refused,
                     Ordering::Less => (index, Put::Instead),
@@ -145,6 +146,26 @@ impl Row {
         self.cues.truncate(TARGETS_MAX);
         put
     }
+}
+
+/// Of two reports under one name that say something else: any order that all share.
+fn any_order(said: &Said, known: &Report) -> Ordering {
+    let bits = |state: &UavState, boresight: Option<Angle>| {
+        let UavState { position, heading, speed_m_s, turn_rate_rad_s } = *state;
+        let numbers = [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s].map(f64::to_bits);
+        (numbers, boresight.map(|boresight| boresight.rad().to_bits()))
+    };
+    let seen = |of: &Detection| (of.label, of.measurement.range_m.to_bits(), of.measurement.bearing.rad().to_bits());
+    let heads = (bits(said.state, said.scan.boresight), said.duty, said.leaves);
+    heads.cmp(&(bits(&known.state, known.boresight), known.duty, known.leaves)).then_with(|| {
+        // Mostly it is the same, word for word.
+        if said.scan.detections.iter().map(seen).eq(known.detections.iter().map(seen)) {
+            return Ordering::Equal;
+        }
+        let mut kept = Vec::new();
+        keep_sound(said.scan.detections, &mut kept);
+        kept.iter().map(seen).cmp(known.detections.iter().map(seen))
+    })
 }
 
 /// Makes `kept` what is sound of a scan, by ascending label, no label twice.
@@ -232,6 +253,40 @@ mod tests {
         }
     }
 
+    /// One that says two things under one name cannot make others hold what they did not hear in one order.
+    #[test]
+    fn of_two_reports_under_one_name_the_same_counts_in_whatever_order_they_come() {
+        let honest = report(1, 0, 9);
+        let seen =
+            |range_m| Detection { label: TargetLabel(1), measurement: RangeBearing { range_m, bearing: Angle::ZERO } };
+        let lies: [fn(&mut Report); 4] = [
+            |lie| lie.state.speed_m_s = 41.0,
+            |lie| lie.state.heading = Angle::from_rad(-0.0),
+            |lie| lie.boresight = Some(Angle::ZERO),
+            |lie| lie.leaves = true,
+        ];
+        let mut others = lies.map(|lie| {
+            let mut other = honest.clone();
+            lie(&mut other);
+            other
+        });
+        others[3].detections = vec![seen(5.0)];
+        for other in others {
+            let mut rows = [row(), row()];
+            let puts =
+                [put(&mut rows[0], &[honest.clone(), other.clone()]).0, put(&mut rows[1], &[other, honest.clone()]).0];
+            assert!(
+                puts.contains(&vec![Put::New, Put::Refused]) && puts.contains(&vec![Put::New, Put::Instead]),
+                "{puts:?}"
+            );
+            assert_eq!(format!("{:?}", rows[0].reports()), format!("{:?}", rows[1].reports()));
+        }
+        // What no sensor makes is no difference.
+        let mut again = honest.clone();
+        again.detections = vec![seen(f64::NAN)];
+        assert_eq!(put(&mut row(), &[honest, again]).0, [Put::New, Put::Known]);
+    }
+
     /// What a report says of what it has heard is no matter of the row's: who says it again does not tell it.
     #[test]
     fn whoever_says_it_a_report_is_the_same_entry() {
@@ -261,10 +316,12 @@ mod tests {
             assert_eq!(row.put(Said::of(&far)), Put::Refused);
         }
         for wrong in [f64::NAN, f64::INFINITY, 1e300] {
-            let (mut state, mut boresight) = (report(1, 0, 1), report(1, 0, 1));
-            state.state.speed_m_s = wrong;
+            let (mut speed, mut turn, mut boresight) = (report(1, 0, 1), report(1, 0, 1), report(1, 0, 1));
+            speed.state.speed_m_s = wrong;
+            // Carried on along such a turn it would be nowhere.
+            turn.state.turn_rate_rad_s = -wrong;
             boresight.boresight = Some(Angle::from_rad(f64::INFINITY));
-            assert_eq!(put(&mut row, &[state, boresight]), (vec![Put::Refused; 2], vec![]));
+            assert_eq!(put(&mut row, &[speed, turn, boresight]), (vec![Put::Refused; 3], vec![]));
         }
     }
 

@@ -12,7 +12,7 @@
 use core::array::from_fn;
 
 use crate::angle::Angle;
-use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, Position, Velocity};
+use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::math;
 use crate::param::{Allowed, ParamError};
 use crate::time::Duration;
@@ -52,7 +52,10 @@ impl UavState {
 
     /// The same, and none is beyond what there is on Earth.
     pub(crate) fn is_sound(&self) -> bool {
-        self.is_finite() && self.position.is_within(FARTHEST_M) && self.speed_m_s.abs() <= FASTEST_M_S
+        self.is_finite()
+            && self.position.is_within(FARTHEST_M)
+            && self.speed_m_s.abs() <= FASTEST_M_S
+            && self.turn_rate_rad_s.abs() <= FASTEST_RAD_S
     }
 }
 

@@ -42,6 +42,26 @@ fn a_decision_may_be_asked_for_again_with_what_came_in_since() {
     }
 }
 
+/// Who has heard nobody yet does not know how late words come: what is later than the lease counts all the same.
+#[test]
+fn the_first_words_count_however_late_they_come_within_the_horizon() {
+    let mut late = Team::new(2, 3);
+    let (mut inbox, mut known) = (Vec::new(), 0);
+    let mut agent = late.agents[0].clone();
+    for tick in 0..20 {
+        let (now, scans, said) = late.speak(tick);
+        inbox.push(said);
+        let own = late.states[0];
+        let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
+        // Eight periods, where the lease has six.
+        if let Some(words) = (tick as usize).checked_sub(8).map(|then| &inbox[then]) {
+            words.iter().for_each(|message| agent.hear(&observation, message));
+        }
+        known = agent.decide(&observation).diagnostics.refused.late.max(known);
+    }
+    assert_eq!((agent.picture().known().len(), known), (3, 0));
+}
+
 /// What an agent says is the report of its scan; without a scan it says nothing and is no teammate, but hears.
 #[test]
 fn what_an_agent_says_is_the_report_of_its_scan() {

@@ -123,7 +123,10 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     if let Some(traffic) = traffic {
         check_span(typed, file.period_s, traffic)?;
     }
-    let (settings, passed) = settings(&file);
+    let (mut settings, passed) = settings(&file);
+    if typed.file.needs_minds() {
+        settings.team.radio = standoff::Radio::Fallible;
+    }
     let mut problems = drawing.problems;
     if settings.minds == Minds::One && typed.file.needs_minds() {
         let what = "one mind for all hears everything at once: for a radio that does not, restarts, late starts or clocks \

@@ -281,7 +281,7 @@ impl Group {
     /// It has twice, or half, as many members as when UAVs were last assigned, and two more or fewer.
     pub(crate) fn has_changed(&self) -> bool {
         let (now, then) = (self.members, self.members_when_assigned);
-        now.abs_diff(then) >= 2 && (now >= 2 * then || then >= 2 * now)
+        now.abs_diff(then) >= 2 && (now / 2 >= then || then / 2 >= now)
     }
 
     /// What is to be reported of the group as a whole. What was reported is taken back with some room to spare.

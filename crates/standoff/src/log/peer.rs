@@ -26,6 +26,8 @@ pub(crate) struct Peer {
     /// The first instant of which it is known to have spoken, and the last.
     pub(crate) first: i64,
     pub(crate) newest: i64,
+    /// It was heard itself, not only heard of.
+    pub(crate) is_heard: bool,
     /// When it said that it leaves.
     pub(crate) left_at: Option<i64>,
     /// The instant of the report from which `knowledge` is.
@@ -41,7 +43,7 @@ impl Peer {
     pub(crate) fn new(uav: UavId, instant: i64) -> Self {
         let (first, newest, knows_at) = (instant, instant, NEVER);
         let (left_at, knowledge, passed_over_until) = (None, Knowledge::default(), NEVER);
-        Self { uav, first, newest, left_at, knows_at, knowledge, is_alike: false, passed_over_until }
+        Self { uav, first, newest, is_heard: false, left_at, knows_at, knowledge, is_alike: false, passed_over_until }
     }
 
     /// It has spoken of an instant: if it had left, it is back.
@@ -53,6 +55,7 @@ impl Peer {
 
     /// Its report of an instant was heard. That it left before it spoke again is over.
     pub(crate) fn hear(&mut self, instant: i64, leaves: bool) {
+        self.is_heard = true;
         self.spoke(instant);
         if leaves && instant == self.newest {
             self.left_at = Some(instant);

@@ -5,6 +5,8 @@
 //! can have come, and no more than the budget allows; in turn the newest first, which steers, and the oldest, which holds
 //! up what is committed.
 
+use std::collections::BTreeMap;
+
 use crate::log::Log;
 use crate::log::peer::Peer;
 use crate::log::runs::{first_of, instant_of, last_of, number_of_cue};
@@ -13,18 +15,14 @@ use crate::message::{Cue, Held, Message, Report, Speaker};
 /// After so many periods whoever holds an entry says it: the one whose turn it was is not heard.
 const OTHERS_AFTER: i64 = 4;
 
-/// An entry that was said again, by whomever, and when.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Sent {
-    speaker: Speaker,
-    number: i64,
-    at: i64,
-}
+/// No more entries are noted as said again at a time: what comes beyond may be said twice.
+const SENT_MAX: usize = 1 << 14;
 
 /// What an agent says again.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repair {
-    sent: Vec<Sent>,
+    /// When each entry was said again, by whomever.
+    sent: BTreeMap<(Speaker, i64), i64>,
     /// Instant, speaker and number of what is missing somewhere.
     wanted: Vec<(i64, Speaker, i64)>,
     /// What may be sent, bytes; below 0, what was sent in advance.
@@ -57,15 +55,14 @@ impl Repair {
 
     /// An entry was said again at an instant, here or by others: whoever lacks it may have heard it now.
     pub(crate) fn note(&mut self, speaker: Speaker, number: i64, at: i64) {
-        match self.sent.iter_mut().find(|sent| (sent.speaker, sent.number) == (speaker, number)) {
-            Some(sent) => sent.at = at,
-            None => self.sent.push(Sent { speaker, number, at }),
+        if self.sent.len() < SENT_MAX {
+            self.sent.insert((speaker, number), at);
         }
     }
 
     /// Says what others lack, at an instant.
     pub(crate) fn say(&mut self, log: &Log, now: i64, mut tell: impl FnMut(Again)) -> bool {
-        self.sent.retain(|sent| now - sent.at <= log.lease());
+        self.sent.retain(|_, at| now - *at <= log.lease());
         self.wanted.clear();
         let delay = log.usual_delay;
         // While there is enough, two say it: one may not have heard the question, or not be heard.
@@ -87,8 +84,8 @@ impl Repair {
                 runs.without(its, (first, last), |number| {
                     let entry = (instant_of(*speaker, number), *speaker, number);
                     // One that was said again may be on its way, or was lost: the next report tells.
-                    let sent = self.sent.iter().find(|sent| (sent.speaker, sent.number) == (*speaker, number));
-                    let is_answered = sent.is_none_or(|sent| peer.knows_at > sent.at + delay);
+                    let sent = self.sent.get(&(*speaker, number));
+                    let is_answered = sent.is_none_or(|at| peer.knows_at > at + delay);
                     if is_answered && looked < most {
                         looked += 1;
                         self.wanted.extend(log.is_mine_to_say(entry, peer, (now, voices)).then_some(entry));

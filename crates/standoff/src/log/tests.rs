@@ -295,6 +295,45 @@ fn uavs_that_are_silent_for_the_horizon_make_room() {
     }
 }
 
+/// Who is only heard of takes nobody's place: not that of this agent before it has spoken, nor that of who speaks.
+#[test]
+fn a_list_of_ghosts_shuts_nobody_out() {
+    let mut log = log();
+    let ghosts: Vec<u32> = (1000..1300).collect();
+    log.hear_report(&telling(1, 3, &ghosts), 3, -1);
+    assert_eq!(log.peers().len(), TEAM_MAX - 1);
+    assert_ne!(log.say(3, Said::of(&report(0, 3))), Put::Refused);
+    for uav in 2..9 {
+        log.hear_report(&report(uav, 3), 3, -1);
+        log.hear_report(&telling(1, 3, &ghosts), 3, -1);
+    }
+    assert_eq!((heard(&log, 3), log.refused), ((0..9).collect(), Refused::NONE));
+    assert_eq!(log.peers().len(), TEAM_MAX);
+}
+
+/// As late as words come, so long is waited for those that nobody has told of yet, also while they all come alike.
+#[test]
+fn what_is_late_all_the_time_is_waited_for_all_the_time() {
+    let mut log = log();
+    for now in 3..90 {
+        log.turn_to(now, 0);
+        if now < 50 {
+            log.hear_report(&report(1, now - 3), now, -1);
+        } else {
+            log.hear_report(&report(1, now), now, -1);
+        }
+        // Ten seconds, or 20 periods, after the last one that was late, none is.
+        assert_eq!(log.longest_delay, if now <= 69 { 3 } else { 0 }, "{now}");
+    }
+}
+
+#[test]
+fn the_shortest_lease_is_a_period() {
+    let params = TeamParams { teammate_timeout_s: 1e-7, ..TeamParams::table_1() };
+    assert!(params.errors().is_empty());
+    assert_eq!(Log::new(UavId(0), &params).lease(), 1);
+}
+
 #[test]
 fn what_is_held_is_listed_from_a_little_before_what_is_committed() {
     let mut log = log();
