@@ -140,6 +140,7 @@ impl Log {
         self.rows.get_mut(place)
     }
 
+    #[cold]
     fn open_up_to(&mut self, place: usize) {
         while self.rows.len() <= place {
             let time = self.time(self.first + self.rows.len() as i64);
@@ -311,7 +312,11 @@ impl Log {
 
     /// Who speaks takes the place of one that was only heard of; this agent always has one.
     fn has_room_for(&self, uav: UavId) -> bool {
-        self.room() > 0 || uav == self.own || self.peer(uav).is_some() || self.peers.iter().any(|peer| !peer.is_heard)
+        self.peers.len() + 1 < TEAM_MAX
+            || uav == self.own
+            || self.room() > 0
+            || self.peer(uav).is_some()
+            || self.peers.iter().any(|peer| !peer.is_heard)
     }
 
     /// How many more there may be, beside this agent.
@@ -336,15 +341,23 @@ impl Log {
     }
 
     fn peer_mut(&mut self, uav: UavId, instant: i64) -> &mut Peer {
-        if self.place(uav).is_err() && uav != self.own && self.room() == 0 {
+        let place = match self.place(uav) {
+            Ok(place) => place,
+            Err(_) => self.welcome(uav, instant),
+        };
+        &mut self.peers[place]
+    }
+
+    /// Gives a peer its place, be it that of one who was only heard of.
+    #[cold]
+    fn welcome(&mut self, uav: UavId, instant: i64) -> usize {
+        if uav != self.own && self.room() == 0 {
             let unheard = self.peers.iter().rposition(|peer| !peer.is_heard);
             unheard.map(|place| self.peers.remove(place));
         }
-        let place = self.place(uav).unwrap_or_else(|place| {
-            self.peers.insert(place, Peer::new(uav, instant));
-            place
-        });
-        &mut self.peers[place]
+        let place = self.peers.partition_point(|peer| peer.uav < uav);
+        self.peers.insert(place, Peer::new(uav, instant));
+        place
     }
 
     /// Until then a peer's picture does not count.
@@ -379,12 +392,10 @@ impl Log {
     /// more nor less, as far as it could know. So it mostly is.
     fn holds_as_told(&self, told: &Knowledge, uav: UavId, instant: i64) -> bool {
         let (from, to) = (self.instant_at(told.committed).saturating_add(1).max(self.first), instant - 1);
-        let of = |speaker| (first_of(speaker, from), last_of(speaker, to));
-        let (of_uavs, of_searchers) = (of(Speaker::Uav(uav)), of(Speaker::Searcher(0)));
         let mut told = told.held.iter();
         let mut next = told.next();
         for (speaker, runs) in &self.held {
-            let (first, last) = if matches!(speaker, Speaker::Uav(_)) { of_uavs } else { of_searchers };
+            let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
             if let (Some(run), &[(start, mut end)]) = (next, runs.runs())
                 && run.speaker == *speaker
             {

@@ -149,6 +149,7 @@ impl Row {
 }
 
 /// Of two reports under one name that say something else: any order that all share.
+#[cold]
 fn any_order(said: &Said, known: &Report) -> Ordering {
     let bits = |state: &UavState, boresight: Option<Angle>| {
         let UavState { position, heading, speed_m_s, turn_rate_rad_s } = *state;
