@@ -99,7 +99,9 @@ impl Ear {
         let may_be = |presence| match presence {
             None | Some(Presence::Gone) => newest < self.began || now - newest >= HORIZON,
             Some(Presence::Silent) => newest < self.began,
-            Some(Presence::Live | Presence::Left) => false,
+            // It hears again that it left, and not that it came back and is silent since.
+            Some(Presence::Left) => left.is_some() && newest < self.began,
+            Some(Presence::Live) => false,
         };
         presence == Some(expected) || may_be(presence)
     }
