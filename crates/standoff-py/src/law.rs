@@ -153,6 +153,7 @@ impl Default for Seen {
             heading: standoff::Angle::ZERO,
             speed_m_s: 0.0,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         };
         Self { own, report: None, heard: Vec::new(), cues: Vec::new(), observation: None }
     }

@@ -61,6 +61,7 @@ const PATIENCE: i64 = 10;
 ///     heading: Angle::from_deg(90.0),
 ///     speed_m_s: 40.0,
 ///     turn_rate_rad_s: 0.0,
+///     vertical: None,
 /// };
 /// // A search aircraft hands a target over; the agent turns onto an orbit about it.
 /// let cue = Message::Cue(Cue {

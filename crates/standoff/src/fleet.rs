@@ -27,6 +27,7 @@ use crate::uav::{UavId, UavState};
 ///     heading: Angle::from_deg(90.0),
 ///     speed_m_s: 40.0,
 ///     turn_rate_rad_s: 0.0,
+///     vertical: None,
 /// };
 /// let states = [(UavId(0), state(400.0)), (UavId(1), state(-400.0))];
 /// let observed = states.map(|(uav, own)| fleet.observe(Time::START, uav, &own, Some(Scan::default())));

@@ -5,6 +5,7 @@ pub mod heading;
 pub mod moving_centre;
 pub mod orbit_motion;
 pub mod pair_information;
+pub mod separation;
 pub mod spacing;
 pub mod standoff_distance;
 pub mod vector_field;

@@ -57,6 +57,7 @@ pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
 pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedReference, Steering};
 pub use guidance::orbit_motion::{MotionParams, OrbitMotion};
+pub use guidance::separation::{Avoidance, SeparationParams};
 pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
 pub use guidance::vector_field::{Sense, VectorField};
 pub use log::Presence;
@@ -70,8 +71,8 @@ pub use smallest_circle::{CircleMotion, SmallestCircle};
 pub use step::{Diagnostics, LookAt, Observation, Refused, Step};
 pub use target::{TargetParams, TargetState, Transition};
 pub use team::{
-    Aim, CentreEstimate, Discard, GroupCount, GroupParams, LogParams, Margin, Objective, OnMembershipChange, Radio,
-    Search, TeamParams,
+    Aim, Altitudes, CentreEstimate, Discard, GroupCount, GroupParams, LogParams, Margin, Objective, OnMembershipChange,
+    Radio, Search, TeamParams,
 };
 pub use time::{Duration, Time};
-pub use uav::{Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState};
+pub use uav::{ClimbParams, Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState, Vertical};

@@ -262,6 +262,7 @@ impl Message {
     /// |---|---|
     /// | every message: what it is, 3; checksum, 4 | 7 |
     /// | report: who and when, 18; state and boresight, 48; duty, 8; flags, 1; number of detections, 2 | 77 |
+    /// | altitude and rate of climb, where they are told | 16 |
     /// | each detection: label, range, bearing | 20 |
     /// | knowledge, where it is told: times, 32; stamp, 16; number of runs, 2 | 50 |
     /// | each run of entries held | 13 |
@@ -281,7 +282,8 @@ impl Message {
     /// That of a report, told with what its speaker knows or without.
     pub(crate) fn report_size_bytes(report: &Report, told: Option<&Knowledge>) -> usize {
         let told = told.map_or(0, |told| 50 + 13 * told.held.len() + told.asks.map_or(0, |_| 29));
-        84 + 20 * report.detections.len() + told
+        let vertical = report.state.vertical.map_or(0, |_| 16);
+        84 + vertical + 20 * report.detections.len() + told
     }
 }
 

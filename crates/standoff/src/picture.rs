@@ -21,7 +21,7 @@ use crate::message::{Report, TargetLabel};
 use crate::row::{Row, TARGETS_MAX, TEAM_MAX};
 use crate::sensor::{RangeBearing, SensorParams};
 use crate::target::Transition;
-use crate::team::{GroupCount, GroupParams, Search, TeamParams};
+use crate::team::{Altitudes, GroupCount, GroupParams, Search, TeamParams};
 use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
@@ -572,6 +572,9 @@ impl Scratch {
 /// The lowest altitude that no group has. Ids ascend, so groups that go on are there before new ones.
 fn free_altitude_m(groups: &[Group], params: &TeamParams) -> f64 {
     let altitude_m = |step: usize| params.group.altitude_lowest_m + step as f64 * params.group.altitude_step_m;
+    if params.group.altitudes == Altitudes::One {
+        return altitude_m(0);
+    }
     let is_free = |step: &usize| {
         groups.iter().all(|group| group.altitude_m < altitude_m(*step) || group.altitude_m > altitude_m(*step))
     };

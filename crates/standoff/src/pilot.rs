@@ -8,6 +8,7 @@ use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::aim::{middle, middle_of_most};
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
+use crate::guidance::separation::{Avoidance, Intent, Keeper, Other, SeparationParams};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::picture::Picture;
@@ -39,9 +40,18 @@ impl Pilot<'_> {
             None => (self.wait(id, own), 0.0, None),
         };
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(wanted);
+        let altitude_m = self.altitude_m(id, group);
+        let kept = self.params.separation.as_ref().filter(|_| !own_state_invalid);
+        let (command, altitude_m, avoids) = match kept {
+            Some(separation) => self.keep_apart(separation, observation, (command, steering.as_ref()), altitude_m),
+            None => (command, altitude_m, None),
+        };
+        // What is flown counts, whatever asked for it.
+        let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
+        let turn_rate_limited = if avoids.is_some() { is_at_limit() } else { turn_rate_limited };
         Step {
             command,
-            altitude_m: self.altitude_m(id, group),
+            altitude_m,
             look_at: self.look_at(id, own, group),
             diagnostics: Diagnostics {
                 group: group.map(|group| group.id),
@@ -59,8 +69,40 @@ impl Pilot<'_> {
                 unassigned_targets: self.picture.unassigned,
                 refused,
                 own_state_invalid,
+                avoids,
             },
         }
+    }
+
+    /// What to fly, and at which altitude, so that all stay apart; and who is avoided by that.
+    fn keep_apart(
+        &self,
+        separation: &SeparationParams,
+        observation: &Observation,
+        wanted: (Command, Option<&Steering>),
+        altitude_m: Option<f64>,
+    ) -> (Command, Option<f64>, Option<Avoidance>) {
+        let Observation { uav: id, ref own, time } = *observation;
+        let keeper = Keeper { separation, uav: &self.params.uav, id, own };
+        let others = self.picture.team.iter().filter(|mate| mate.uav != id);
+        let others =
+            others.map(|mate| Other { uav: mate.uav, said: mate.said, age_s: (time - mate.said_at).s().max(0.0) });
+        let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
+        let (command, avoids) = keeper.keep_apart(wanted, altitude_m, others, |mate| self.intent_of(mate));
+        (command, altitude_m, avoids)
+    }
+
+    /// What a UAV of a group was about to fly when it last spoke, if it flies as the group's orbit wants.
+    fn intent_of(&self, mate: UavId) -> Option<Intent> {
+        let mate = self.picture.teammate(mate)?;
+        let (state, orbit) = (&mate.said, self.picture.group(mate.group?)?.orbit(self.params));
+        let steering = OnOrbit::of(&self.params.guidance, state.position, &orbit).steer(
+            &self.params.guidance,
+            state,
+            state.speed_m_s,
+        );
+        let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+        Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
     }
 
     /// The other UAVs of a group: where they are, who they are, and where on its orbit.
@@ -125,13 +167,11 @@ impl Pilot<'_> {
         (wanted, error_rad, Some(steering))
     }
 
-    /// That of the group's orbit, or where words are lost the UAV's own.
+    /// That of the group's orbit, or the UAV's own.
     fn altitude_m(&self, id: UavId, group: Option<&Group>) -> Option<f64> {
-        let params = &self.params.group;
-        match self.params.radio {
-            Radio::Perfect => group.map(|group| group.altitude_m),
-            Radio::Fallible => Some(params.altitude_lowest_m + f64::from(id.0) * params.altitude_step_m),
-        }
+        let altitude_m =
+            self.params.group.own_altitude_m(id, self.params.radio).or(group.map(|group| group.altitude_m))?;
+        Some(self.params.uav.climb.map_or(altitude_m, |climb| climb.limit_m(altitude_m)))
     }
 
     /// With nothing to watch: a circle about where it searches; else of the smallest orbit, about where something was last

@@ -152,9 +152,10 @@ impl Row {
 #[cold]
 fn any_order(said: &Said, known: &Report) -> Ordering {
     let bits = |state: &UavState, boresight: Option<Angle>| {
-        let UavState { position, heading, speed_m_s, turn_rate_rad_s } = *state;
+        let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = *state;
         let numbers = [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s].map(f64::to_bits);
-        (numbers, boresight.map(|boresight| boresight.rad().to_bits()))
+        let vertical = vertical.map(|vertical| vertical.numbers().map(f64::to_bits));
+        (numbers, vertical, boresight.map(|boresight| boresight.rad().to_bits()))
     };
     let seen = |of: &Detection| (of.label, of.measurement.range_m.to_bits(), of.measurement.bearing.rad().to_bits());
     let heads = (bits(said.state, said.scan.boresight), said.duty, said.leaves);
@@ -206,8 +207,13 @@ mod tests {
     use crate::{Angle, Velocity};
 
     fn report(uav: u32, epoch: u32, sequence: u32) -> Report {
-        let state =
-            UavState { position: Position::ORIGIN, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+        let state = UavState {
+            position: Position::ORIGIN,
+            heading: Angle::ZERO,
+            speed_m_s: 40.0,
+            turn_rate_rad_s: 0.0,
+            vertical: None,
+        };
         Report { epoch, sequence, ..Report::of(UavId(uav), Time::from_us(5), state) }
     }
 

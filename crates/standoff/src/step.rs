@@ -4,6 +4,7 @@ use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::heading::Steering;
+use crate::guidance::separation::Avoidance;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
 
@@ -97,6 +98,8 @@ pub struct Diagnostics {
     pub refused: Refused,
     /// The UAV's own state was not finite: it holds its course.
     pub own_state_invalid: bool,
+    /// Whom it keeps away from, by flying something else than what its orbit wants.
+    pub avoids: Option<Avoidance>,
 }
 
 /// What was refused since the start, counted by why.
@@ -146,5 +149,6 @@ impl Diagnostics {
         unassigned_targets: 0,
         refused: Refused::NONE,
         own_state_invalid: false,
+        avoids: None,
     };
 }

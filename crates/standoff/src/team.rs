@@ -5,6 +5,7 @@ mod group_params;
 use crate::estimation::track::TrackParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams, Lead, SpeedReference};
 use crate::guidance::orbit_motion::MotionParams;
+use crate::guidance::separation::SeparationParams;
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::guidance::vector_field::Sense;
 use crate::param::{Allowed, ParamError, errors_of};
@@ -14,7 +15,7 @@ use crate::time::Duration;
 use crate::uav::{Command, Integrator, UavParams};
 
 pub use group_params::{
-    Aim, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search,
+    Aim, Altitudes, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search,
 };
 
 /// Parameters of a team; every agent of it is built from the same.
@@ -44,6 +45,8 @@ pub struct TeamParams {
     pub group: GroupParams,
     /// Gains of the guidance law.
     pub guidance: GuidanceParams,
+    /// How far apart UAVs are kept; `None`, as in the paper: only by the phases of those on one orbit.
+    pub separation: Option<SeparationParams>,
 }
 
 /// What a team counts on of its radio.
@@ -108,6 +111,7 @@ impl TeamParams {
                 speed_lag_s: 1.0 / 3.0,
                 turn_rate_lag_s: 1.0 / 3.0,
                 integrator: Integrator::Exact,
+                climb: None,
             },
             track: TrackParams {
                 target: TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.2 },
@@ -145,6 +149,7 @@ impl TeamParams {
                 assignment_inertia: 0.5,
                 altitude_lowest_m: 300.0,
                 altitude_step_m: 50.0,
+                altitudes: Altitudes::ByGroup,
                 separation_alarm_m: 50.0,
             },
             guidance: GuidanceParams {
@@ -158,6 +163,7 @@ impl TeamParams {
                 spacing_gain_1_s: 0.5,
                 separation_rad: 90f64.to_radians(),
             },
+            separation: None,
         }
     }
 
@@ -186,6 +192,7 @@ impl TeamParams {
             ("track", self.track.errors()),
             ("group", self.group.errors()),
             ("guidance", self.guidance.errors()),
+            ("separation", self.separation.map(|separation| separation.errors()).unwrap_or_default()),
         ]);
         Allowed::above(0.0).at_most(60.0).check("teammate_timeout_s", self.teammate_timeout_s, &mut errors);
         Allowed::above(self.group.standoff.radius_min_m)

@@ -14,7 +14,7 @@ use core::array::from_fn;
 use crate::angle::Angle;
 use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::math;
-use crate::param::{Allowed, ParamError};
+use crate::param::{Allowed, ParamError, errors_of};
 use crate::time::Duration;
 
 /// Identifies a UAV; teams agree on it.
@@ -34,6 +34,24 @@ pub struct UavState {
     /// Turn rate omega, rad/s, positive anticlockwise.
     #[doc(alias = "omega")]
     pub turn_rate_rad_s: f64,
+    /// Where altitudes are flown: how high it is; `None`: nobody knows.
+    #[serde(skip)]
+    pub vertical: Option<Vertical>,
+}
+
+/// Altitude, and how it changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vertical {
+    /// Altitude above the plane, m.
+    pub altitude_m: f64,
+    /// Rate of climb, m/s, positive upward.
+    pub climb_rate_m_s: f64,
+}
+
+impl Vertical {
+    pub(crate) fn numbers(&self) -> [f64; 2] {
+        [self.altitude_m, self.climb_rate_m_s]
+    }
 }
 
 impl UavState {
@@ -48,6 +66,7 @@ impl UavState {
             && self.heading.rad().is_finite()
             && self.speed_m_s.is_finite()
             && self.turn_rate_rad_s.is_finite()
+            && self.vertical.is_none_or(|vertical| vertical.numbers().iter().all(|number| number.is_finite()))
     }
 
     /// The same, and none is beyond what there is on Earth.
@@ -56,6 +75,9 @@ impl UavState {
             && self.position.is_within(FARTHEST_M)
             && self.speed_m_s.abs() <= FASTEST_M_S
             && self.turn_rate_rad_s.abs() <= FASTEST_RAD_S
+            && self.vertical.is_none_or(|vertical| {
+                vertical.altitude_m.abs() <= FARTHEST_M && vertical.climb_rate_m_s.abs() <= FASTEST_M_S
+            })
     }
 }
 
@@ -98,7 +120,7 @@ pub enum Integrator {
 ///
 /// let params = TeamParams::table_1().uav;
 /// let state =
-///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
 /// // Too much is asked for: the limits are those of the paper's table.
 /// let limited = params.limit(Command { speed_m_s: 100.0, turn_rate_rad_s: 1.0 });
 /// assert_eq!((limited.command.speed_m_s, limited.command.turn_rate_rad_s), (55.0, 0.3));
@@ -125,6 +147,64 @@ pub struct UavParams {
     pub turn_rate_lag_s: f64,
     /// Exact or Euler.
     pub integrator: Integrator,
+    /// How it climbs; `None`: it is at once at whatever altitude is asked for, as in the paper, which is flat.
+    pub climb: Option<ClimbParams>,
+}
+
+/// How a UAV climbs and descends, and where it may: a first-order lag on its rate of climb, as (1) has for the turn rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClimbParams {
+    /// Largest rate of climb and of descent, m/s; 0.01 to 100.
+    pub rate_max_m_s: f64,
+    /// Lag of the rate of climb, s; 0.001 to 60.
+    pub lag_s: f64,
+    /// Lowest altitude that may be asked for, m above the plane; 1 to 20,000.
+    pub altitude_min_m: f64,
+    /// Highest, m; not below the lowest, at most 20,000.
+    pub altitude_max_m: f64,
+}
+
+impl Default for ClimbParams {
+    /// A small fixed-wing UAV: 3 m/s, reached within a second.
+    fn default() -> Self {
+        Self { rate_max_m_s: 3.0, lag_s: 1.0, altitude_min_m: 50.0, altitude_max_m: 3000.0 }
+    }
+}
+
+impl ClimbParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        Allowed::at_least(0.01).at_most(100.0).check("rate_max_m_s", self.rate_max_m_s, &mut errors);
+        Allowed::at_least(1e-3).at_most(60.0).check("lag_s", self.lag_s, &mut errors);
+        Allowed::at_least(1.0).at_most(2e4).check("altitude_min_m", self.altitude_min_m, &mut errors);
+        Allowed::at_least(self.altitude_min_m).at_most(2e4).because("not below altitude_min_m").check(
+            "altitude_max_m",
+            self.altitude_max_m,
+            &mut errors,
+        );
+        errors
+    }
+
+    /// An altitude inside the limits, m.
+    pub fn limit_m(&self, altitude_m: f64) -> f64 {
+        altitude_m.clamp(self.altitude_min_m, self.altitude_max_m)
+    }
+
+    /// The state after so long on the way to an altitude, m; without one it levels off.
+    ///
+    /// The rate asked for is the way that is left over four lags: critically damped, so that no altitude is overshot.
+    pub fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
+        let wanted_m_s =
+            altitude_m.map_or(0.0, |to_m| (self.limit_m(to_m) - from.altitude_m) / (4.0 * self.lag_s + dt.s()));
+        let rate_m_s = wanted_m_s.clamp(-self.rate_max_m_s, self.rate_max_m_s);
+        let decay = math::exp(-dt.s() / self.lag_s);
+        let excess_m_s = from.climb_rate_m_s - rate_m_s;
+        Vertical {
+            altitude_m: from.altitude_m + rate_m_s * dt.s() + excess_m_s * self.lag_s * (1.0 - decay),
+            climb_rate_m_s: rate_m_s + excess_m_s * decay,
+        }
+    }
 }
 
 impl UavParams {
@@ -146,6 +226,8 @@ impl UavParams {
         let lag = Allowed::at_least(1e-3).at_most(60.0);
         lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
         lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
+        let climb = self.climb.map(|climb| climb.errors()).unwrap_or_default();
+        errors.extend(errors_of([("climb", climb)]));
         errors
     }
 
@@ -291,6 +373,7 @@ impl Response {
             heading: Angle::from_rad(heading_rad(end.t_s, end.lagged_s)),
             speed_m_s: speed_m_s(end.speed_decay),
             turn_rate_rad_s: command.turn_rate_rad_s + turn_excess * end.turn_decay,
+            vertical: state.vertical,
         }
     }
 
@@ -302,6 +385,7 @@ impl Response {
             speed_m_s: state.speed_m_s + dt_s * (command.speed_m_s - state.speed_m_s) / params.speed_lag_s,
             turn_rate_rad_s: state.turn_rate_rad_s
                 + dt_s * (command.turn_rate_rad_s - state.turn_rate_rad_s) / params.turn_rate_lag_s,
+            vertical: state.vertical,
         }
     }
 }
@@ -336,6 +420,7 @@ mod tests {
             speed_lag_s: 1.0 / 3.0,
             turn_rate_lag_s: 1.0 / 3.0,
             integrator,
+            climb: None,
         }
     }
 
@@ -345,6 +430,7 @@ mod tests {
             heading: Angle::from_deg(100.0),
             speed_m_s: 38.0,
             turn_rate_rad_s: -0.1,
+            vertical: None,
         }
     }
 

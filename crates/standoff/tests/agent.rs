@@ -416,6 +416,7 @@ fn any_state() -> impl Strategy<Value = UavState> {
         heading: Angle::from_rad(psi),
         speed_m_s: v,
         turn_rate_rad_s: omega,
+        vertical: None,
     })
 }
 

@@ -110,6 +110,7 @@ fn a_message_comes_through_as_it_was_said() {
         heading: Angle::from_rad(-3.0),
         speed_m_s: 41.5,
         turn_rate_rad_s: -0.1,
+        vertical: None,
     };
     let plain = Report::of(UavId(7), Time::from_us(-5), own);
     let stamp = Stamp { time: Time::from_us(9), digest: u64::MAX - 1 };
@@ -229,7 +230,8 @@ fn any_message() -> impl Strategy<Value = Message> {
     );
     let report = (who, what).prop_map(|((uav, epoch, sequence, time, leaves, duty), what)| {
         let ([x_m, y_m, speed_m_s, turn_rate_rad_s], heading, boresight, detections, knowledge) = what;
-        let state = UavState { position: Position::from_m(x_m, y_m), heading, speed_m_s, turn_rate_rad_s };
+        let state =
+            UavState { position: Position::from_m(x_m, y_m), heading, speed_m_s, turn_rate_rad_s, vertical: None };
         let (duty, knowledge) = (duty.map(GroupId), knowledge.map(Box::new));
         Message::Report(Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge })
     });
@@ -334,7 +336,7 @@ fn kbit_s(team: u32, lose_percent: u32) -> [f64; 2] {
         for (id, agent) in (0..).zip(&mut agents) {
             let heading = Angle::from_rad(0.1 * now.s() + f64::from(id));
             let position = place(5, 5.0) + Displacement::from_polar(400.0, Angle::from_rad(heading.rad() - FRAC_PI_2));
-            let own = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
+            let own = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.1, vertical: None };
             let measure = |id| standoff::sensor::measure(position, place(id, 5.0));
             let detections: Vec<_> =
                 (0..10).map(|id| Detection { label: TargetLabel(id), measurement: measure(id) }).collect();

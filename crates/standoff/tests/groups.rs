@@ -163,7 +163,7 @@ fn who_is_in_the_group_stays_in_view_until_there_is_room_for_who_is_on_the_way()
         params.group.standoff.field_of_view_rad = params.track.sensor.field_of_view_rad;
         let mut agent = Agent::new(UavId(0), params).unwrap();
         let position = Position::from_m(-300.0, 0.0);
-        let own = UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0 };
+        let own = UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
         let start = Time::START;
         step(
             &mut agent,
@@ -196,6 +196,7 @@ fn where_not_all_fit_in_a_sensor_looks_at_the_most() {
         heading: Angle::ZERO,
         speed_m_s: 40.0,
         turn_rate_rad_s: 0.0,
+        vertical: None,
     };
     let start = Time::START;
     let cues =
@@ -279,6 +280,7 @@ proptest! {
             heading: Angle::from_rad(f64::from(id)),
             speed_m_s: 40.0,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         }).collect();
         let mut look_at = vec![None::<LookAt>; states.len()];
         for tick in 0..80i64 {

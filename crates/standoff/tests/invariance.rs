@@ -56,6 +56,7 @@ impl Isometry {
             heading: self.angle(uav.heading),
             speed_m_s: uav.speed_m_s,
             turn_rate_rad_s: self.turn_rate(uav.turn_rate_rad_s),
+            vertical: None,
         }
     }
 }
@@ -114,6 +115,7 @@ prop_compose! {
             heading: Angle::from_rad(3.1 * draw.next()),
             speed_m_s: 40.0 + 5.0 * draw.next(),
             turn_rate_rad_s: 0.1 * draw.next(),
+            vertical: None,
         });
         Start { uavs: uavs.collect(), vehicles, team, noise_seed: seed ^ 0x5555 }
     }

@@ -34,6 +34,7 @@ impl Flight {
             heading: Angle::from_deg(90.0),
             speed_m_s: self.uav.speed_m_s,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         };
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
         let bounds =
@@ -140,6 +141,7 @@ fn a_speed_relative_to_the_centre_keeps_the_phases() {
             heading: Angle::from_deg(phase_deg + 90.0),
             speed_m_s: 40.0,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         };
         let mut pair = [start(0.0), start(90.0)];
         let mut largest_deg = 0.0f64;

@@ -248,6 +248,7 @@ pub(crate) fn steer(
             heading: Angle::from_rad(heading.one(row)),
             speed_m_s: uav_speed.one(row),
             turn_rate_rad_s: turn_rate.one(row),
+            vertical: None,
         };
         heading::steer(&guidance, &state, &orbit, speed.one(row))
     })?;

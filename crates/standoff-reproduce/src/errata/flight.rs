@@ -58,6 +58,7 @@ impl Flight {
             heading: Angle::from_deg(90.0),
             speed_m_s: self.uav.speed_m_s,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         };
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
         let response = self.uav.response(Duration::from_s(PERIOD_S));

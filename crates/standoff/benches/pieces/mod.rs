@@ -117,6 +117,7 @@ impl FleetTicks {
                     heading: phase + Angle::from_deg(90.0),
                     speed_m_s: 40.0,
                     turn_rate_rad_s: 0.0,
+                    vertical: None,
                 }
             })
             .collect();

@@ -38,9 +38,9 @@ fn put_stamp(stamp: &Stamp, bytes: &mut Vec<u8>) {
 
 fn put_report(report: &Report, bytes: &mut Vec<u8>) {
     let Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge } = report;
-    let UavState { position, heading, speed_m_s, turn_rate_rad_s } = state;
+    let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = state;
     let has_asked = knowledge.as_ref().is_some_and(|told| told.asks.is_some());
-    let flags = [*leaves, duty.is_some(), knowledge.is_some(), has_asked];
+    let flags = [*leaves, duty.is_some(), knowledge.is_some(), has_asked, vertical.is_some()];
     bytes.push(0);
     put(bytes, [(uav.0 as u16).to_le_bytes()]);
     put(bytes, [epoch, sequence].map(|number| number.to_le_bytes()));
@@ -51,6 +51,9 @@ fn put_report(report: &Report, bytes: &mut Vec<u8>) {
     put(bytes, [duty.map_or(0, |group| group.0).to_le_bytes()]);
     bytes.push((0..).zip(flags).map(|(bit, is_set)| u8::from(is_set) << bit).sum());
     put(bytes, [(detections.len() as u16).to_le_bytes()]);
+    if let Some(Vertical { altitude_m, climb_rate_m_s }) = vertical {
+        put(bytes, [altitude_m, climb_rate_m_s].map(|number| number.to_le_bytes()));
+    }
     for Detection { label, measurement } in detections {
         put(bytes, [label.0.to_le_bytes()]);
         put(bytes, [measurement.range_m, measurement.bearing.rad()].map(f64::to_le_bytes));
@@ -166,15 +169,21 @@ impl Reader<'_> {
         let (uav, epoch, sequence, time) = (self.uav()?, self.word()?, self.word()?, self.time()?);
         let (position, heading) = (self.position()?, self.angle()?);
         let (speed_m_s, turn_rate_rad_s) = (self.number()?, self.number()?);
-        let state = UavState { position, heading, speed_m_s, turn_rate_rad_s };
         let boresight = Some(self.angle()?).filter(|boresight| boresight.rad().is_finite());
         let (duty, flags) = (GroupId(self.long()?), self.byte()?);
         let is_set = |bit: u8| flags >> bit & 1 == 1;
         let (leaves, duty) = (is_set(0), Some(duty).filter(|_| is_set(1)));
+        let seen = self.short()?;
+        let vertical = if is_set(4) { Some(self.vertical()?) } else { None };
+        let state = UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical };
         // Nothing is made room for before it is there.
-        let detections = (0..self.short()?).map(|_| self.detection()).collect::<Option<_>>()?;
+        let detections = (0..seen).map(|_| self.detection()).collect::<Option<_>>()?;
         let knowledge = if is_set(2) { Some(Box::new(self.knowledge(is_set(3))?)) } else { None };
         Some(Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge })
+    }
+
+    fn vertical(&mut self) -> Option<Vertical> {
+        Some(Vertical { altitude_m: self.number()?, climb_rate_m_s: self.number()? })
     }
 
     fn detection(&mut self) -> Option<Detection> {

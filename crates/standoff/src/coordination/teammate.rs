@@ -7,7 +7,7 @@ use crate::math;
 use crate::message::Report;
 use crate::team::Radio;
 use crate::time::{Duration, Time};
-use crate::uav::{UavId, UavState};
+use crate::uav::{UavId, UavState, Vertical};
 
 /// A UAV heard of late.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -49,6 +49,9 @@ impl Teammate {
     pub(crate) fn carried_on(&self, now: Time, radio: Radio) -> Self {
         let (said, dt_s) = (&self.said, (now - self.said_at).s());
         let mut state = *said;
+        state.vertical = said
+            .vertical
+            .map(|vertical| Vertical { altitude_m: vertical.altitude_m + vertical.climb_rate_m_s * dt_s, ..vertical });
         let turned_rad = said.turn_rate_rad_s * dt_s;
         if radio == Radio::Perfect || turned_rad.abs() < 1e-9 {
             state.position = said.position + said.velocity() * dt_s;

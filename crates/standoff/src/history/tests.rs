@@ -28,7 +28,7 @@ fn report(uav: u32, instant: i64, targets: u32) -> Report {
     let phase = Angle::from_deg(90.0 * f64::from(uav) + 5.0 * instant as f64);
     let position = Position::ORIGIN + Displacement::from_polar(450.0, phase);
     let heading = phase + Angle::from_deg(90.0);
-    let state = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.09 };
+    let state = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.09, vertical: None };
     let seen =
         |label| Detection { label: TargetLabel(label), measurement: sensor::measure(position, target(label, instant)) };
     let boresight = Some(phase + Angle::from_deg(180.0));

@@ -3,6 +3,8 @@
 use crate::guidance::orbit_motion::MotionParams;
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::param::{Allowed, ParamError, errors_of};
+use crate::team::Radio;
+use crate::uav::UavId;
 
 /// What the assignment maximises.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -96,6 +98,19 @@ pub enum Search {
     Lost,
 }
 
+/// Who shares an altitude.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Altitudes {
+    /// Each group has its own: the lowest that is free when it is founded, for as long as there is the group. Where the radio
+    /// may fail, not all know of the same groups: then as `ByUav`.
+    #[default]
+    ByGroup,
+    /// Each UAV has its own, by its id, whatever it serves.
+    ByUav,
+    /// All fly at the lowest.
+    One,
+}
+
 /// Parameters of groups.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupParams {
@@ -148,8 +163,10 @@ pub struct GroupParams {
     pub assignment_inertia: f64,
     /// Altitude of the lowest orbit above the plane, m; 1 to 20,000.
     pub altitude_lowest_m: f64,
-    /// From one group's altitude to the next, m; 1 to 20,000.
+    /// From one altitude to the next, m; 1 to 20,000.
     pub altitude_step_m: f64,
+    /// Who shares an altitude.
+    pub altitudes: Altitudes,
     /// Two UAVs of a group closer than this are reported, m; at least 0.
     pub separation_alarm_m: f64,
 }
@@ -189,6 +206,22 @@ impl GroupParams {
         altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);
         Allowed::at_least(0.0).at_most(1e4).check("separation_alarm_m", self.separation_alarm_m, &mut errors);
         errors
+    }
+
+    /// The altitude at which a UAV is that serves no group yet, m: the lowest, or its own.
+    pub fn first_altitude_m(&self, uav: UavId, radio: Radio) -> f64 {
+        self.own_altitude_m(uav, radio).unwrap_or(self.altitude_lowest_m)
+    }
+
+    /// The altitude that a UAV has whatever it serves, m; `None`: that of its group.
+    pub(crate) fn own_altitude_m(&self, uav: UavId, radio: Radio) -> Option<f64> {
+        match (self.altitudes, radio) {
+            (Altitudes::ByGroup, Radio::Perfect) => None,
+            (Altitudes::ByGroup, Radio::Fallible) | (Altitudes::ByUav, _) => {
+                Some(self.altitude_lowest_m + f64::from(uav.0) * self.altitude_step_m)
+            }
+            (Altitudes::One, _) => Some(self.altitude_lowest_m),
+        }
     }
 
     /// Largest distance from the centre, without any margin, of a target that a group with room to spare holds, m.

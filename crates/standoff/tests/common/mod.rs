@@ -110,6 +110,7 @@ impl Team {
                 heading: phase + Angle::from_deg(90.0),
                 speed_m_s: 40.0,
                 turn_rate_rad_s: 0.0,
+                vertical: None,
             }
         });
         Self {

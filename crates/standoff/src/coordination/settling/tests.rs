@@ -29,6 +29,7 @@ impl World {
             heading: Angle::ZERO,
             speed_m_s: 40.0,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         };
         let boresight = Some(Angle::from_deg(90.0));
         let report = |id| Report { boresight, ..Report::of(UavId(id), Time::START, state) };

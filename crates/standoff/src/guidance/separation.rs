@@ -1,0 +1,354 @@
+//! UAVs kept apart from one another, by small changes of what they would fly.
+//!
+//! Each UAV foretells where a command would take it and where the others go on to, and flies what was wanted of it while
+//! that keeps everybody far enough away. Where it does not, it flies the command nearest to what was wanted that does: of
+//! turn rates and speeds within the limits, the same for any number of others at once. That is the idea of velocity
+//! obstacles (P. Fiorini and Z. Shiller, *Motion Planning in Dynamic Environments Using Velocity Obstacles*, International
+//! Journal of Robotics Research 17(7), 1998), with arcs instead of straight lines, which is what a fixed wing flies.
+//!
+//! Reciprocal, by right of way: the one of lower id looks far ahead and gives way early; the one of higher id goes on, and
+//! turns away itself only if that comes to nothing. Two that both gave way early would go on doing so, side by side.
+
+use crate::angle::Angle;
+use crate::frame::{Displacement, Position};
+use crate::guidance::heading::Steering;
+use crate::math;
+use crate::param::{Allowed, ParamError};
+use crate::uav::{Command, UavId, UavParams, UavState, Vertical};
+
+/// How far apart UAVs are kept: they may be nearer than one of the two, never than both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeparationParams {
+    /// Least horizontal distance of two UAVs, m; 1 to 10,000.
+    pub minimum_m: f64,
+    /// Least difference of their altitudes, m; 1 to 10,000.
+    pub vertical_m: f64,
+}
+
+impl Default for SeparationParams {
+    fn default() -> Self {
+        Self { minimum_m: 50.0, vertical_m: 30.0 }
+    }
+}
+
+impl SeparationParams {
+    /// Every parameter that is out of range.
+    pub fn errors(&self) -> Vec<ParamError> {
+        let mut errors = Vec::new();
+        let metres = Allowed::at_least(1.0).at_most(1e4);
+        metres.check("minimum_m", self.minimum_m, &mut errors);
+        metres.check("vertical_m", self.vertical_m, &mut errors);
+        errors
+    }
+}
+
+/// A UAV does not fly what is foretold to bring it nearer than the least distance and this, m, if it can help it: what is
+/// foretold is not what comes.
+const SPARE_M: f64 = 20.0;
+
+/// So far ahead looks who gives way, s: half of what it takes to turn round is enough to go past.
+const AHEAD_S: f64 = 8.0;
+
+/// So far looks who goes on, s, and so much nearer it lets the other come before it turns away as well, m.
+const SHORT_AHEAD_S: f64 = 3.0;
+const LESS_M: f64 = 15.0;
+
+/// Where another one is, is not known so well for each second since it said so, m/s; and how that grows, for each second
+/// foretold, m/s2; nobody has been silent for longer than the last, s, and counts.
+const DRIFT_M_S: f64 = 10.0;
+const DRIFT_M_S2: f64 = 6.0;
+const SILENT_MAX_S: f64 = 10.0;
+
+/// Turn rates on either side, and speeds on either side, that are tried.
+const TURNS: i32 = 8;
+const SPEEDS: i32 = 3;
+
+/// What a change of speed costs, and one of the turn rate flown, each against one of the turn rate wanted, as parts of what
+/// is possible; and what the part of the wanted distance costs by which a command falls short.
+const SPEED_COST: f64 = 0.1;
+const TURN_COST: f64 = 0.2;
+const SHORTFALL_COST: f64 = 100.0;
+
+/// Another UAV, as it last said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Other {
+    pub(crate) uav: UavId,
+    pub(crate) said: UavState,
+    /// How long ago, s.
+    pub(crate) age_s: f64,
+}
+
+/// Whom a UAV avoids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Avoidance {
+    /// The UAV to which it would have come nearest.
+    pub from: UavId,
+    /// How near, m, by what it foretold.
+    pub foretold_m: f64,
+}
+
+/// What a UAV is about to fly: it turns onto where it wants to go, and goes on from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Intent {
+    command: Command,
+    /// For so long, s; infinite: for good.
+    for_s: f64,
+    /// The turn rate after that, rad/s.
+    then_rad_s: f64,
+}
+
+impl Intent {
+    fn held(command: Command) -> Self {
+        Self { command, for_s: f64::INFINITY, then_rad_s: command.turn_rate_rad_s }
+    }
+
+    /// A command of the guidance law, inside the limits: it is held until the heading is the desired one, which turns with
+    /// the field.
+    pub(crate) fn of(command: Command, heading: Angle, steering: &Steering) -> Self {
+        let error_rad = (steering.desired_heading - heading).rad();
+        // Near the centre the field turns faster than any UAV; by the time it is there, it is elsewhere.
+        let then_max_rad_s = command.turn_rate_rad_s.abs().max(FIELD_TURN_MAX_RAD_S);
+        let then_rad_s = steering.feedforward_rad_s.clamp(-then_max_rad_s, then_max_rad_s);
+        let closing_rad_s = command.turn_rate_rad_s - then_rad_s;
+        let for_s = if error_rad * closing_rad_s > 0.0 { error_rad / closing_rad_s } else { 0.0 };
+        Self { command, for_s, then_rad_s }
+    }
+}
+
+/// That of an orbit of 270 m at 40 m/s.
+const FIELD_TURN_MAX_RAD_S: f64 = 0.15;
+
+/// Who turns otherwise than its group's orbit wants by more than this, rad/s, and so much more for each second since it said
+/// so, flies something else, and does so for a moment yet, s.
+const TRUST_RAD_S: f64 = 0.15;
+const AVOIDING_S: f64 = 1.0;
+
+/// A UAV that keeps apart from others.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Keeper<'a> {
+    pub(crate) separation: &'a SeparationParams,
+    pub(crate) uav: &'a UavParams,
+    pub(crate) id: UavId,
+    pub(crate) own: &'a UavState,
+}
+
+/// Another UAV that may come near.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    uav: UavId,
+    path: Path,
+    /// For so long what is foretold counts, s.
+    ahead_s: f64,
+    /// How far away it is kept where that is possible, m, and how much further for each second foretold, m/s.
+    wanted_m: f64,
+    growth_m_s: f64,
+}
+
+/// A motion of constant speed and turn rate.
+#[derive(Debug, Clone, Copy)]
+struct Arc {
+    from: Position,
+    heading_rad: f64,
+    speed_m_s: f64,
+    turn_rate_rad_s: f64,
+}
+
+impl Arc {
+    fn at(&self, after_s: f64) -> Position {
+        let half_rad = 0.5 * self.turn_rate_rad_s * after_s;
+        // The chord, half of the turn from where it began.
+        let share =
+            if half_rad.abs() < 1e-3 { 1.0 - half_rad * half_rad / 6.0 } else { math::sin(half_rad) / half_rad };
+        let along = Angle::from_rad(self.heading_rad + half_rad);
+        self.from + Displacement::from_polar(self.speed_m_s * after_s * share, along)
+    }
+
+    /// What follows after a time.
+    fn then(&self, after_s: f64, speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
+        let heading_rad = self.heading_rad + self.turn_rate_rad_s * after_s;
+        Self { from: self.at(after_s), heading_rad, speed_m_s, turn_rate_rad_s }
+    }
+}
+
+/// Three arcs, one after the other: as it turns now, for the lag; as it is about to; and as it goes on then.
+#[derive(Debug, Clone, Copy)]
+struct Path {
+    arcs: [Arc; 3],
+    /// The ends of the first two, s.
+    ends_s: [f64; 2],
+    /// Now, s after it began.
+    age_s: f64,
+}
+
+impl Path {
+    fn of(state: &UavState, intent: Intent, lag_s: f64, age_s: f64) -> Self {
+        let Intent { command: Command { speed_m_s, turn_rate_rad_s }, for_s, then_rad_s } = intent;
+        let UavState { position: from, heading, .. } = *state;
+        let heading_rad = heading.rad();
+        let first = Arc { from, heading_rad, speed_m_s: state.speed_m_s, turn_rate_rad_s: state.turn_rate_rad_s };
+        let second = first.then(lag_s, speed_m_s, turn_rate_rad_s);
+        let third = if for_s.is_finite() { second.then(for_s, speed_m_s, then_rad_s) } else { second };
+        Self { arcs: [first, second, third], ends_s: [lag_s, lag_s + for_s], age_s }
+    }
+
+    /// Where it is so long from now.
+    fn at(&self, after_s: f64) -> Position {
+        let ([first, second, third], [first_s, second_s]) = (&self.arcs, self.ends_s);
+        match after_s + self.age_s {
+            at_s if at_s < first_s => first.at(at_s),
+            at_s if at_s < second_s => second.at(at_s - first_s),
+            at_s => third.at(at_s - second_s),
+        }
+    }
+
+    fn fastest_m_s(&self) -> f64 {
+        self.arcs[0].speed_m_s.max(self.arcs[1].speed_m_s)
+    }
+}
+
+impl Keeper<'_> {
+    /// What to fly in the place of what is wanted, which is inside the limits, and whom that avoids, if anybody.
+    ///
+    /// `altitude_m` is what it is to climb to, `intent_of` what another one is about to fly if it does as its group needs.
+    pub(crate) fn keep_apart(
+        &self,
+        (wanted, steering): (Command, Option<&Steering>),
+        altitude_m: Option<f64>,
+        others: impl Iterator<Item = Other>,
+        intent_of: impl Fn(UavId) -> Option<Intent>,
+    ) -> (Command, Option<Avoidance>) {
+        let levels = self.levels_m(altitude_m);
+        let others = others.filter(|other| !self.is_apart(levels, other));
+        let near: Vec<Near> = others.filter_map(|other| self.near(&other, &intent_of)).collect();
+        if near.is_empty() {
+            return (wanted, None);
+        }
+        let intent = steering.map_or(Intent::held(wanted), |steering| Intent::of(wanted, self.own.heading, steering));
+        match self.shortfall(intent, &near) {
+            (_, None) => (wanted, None),
+            (_, avoidance) => (self.nearest_command(wanted, &near), avoidance),
+        }
+    }
+
+    /// The altitude to ask for on the way to a wanted one, m: not past who is near and apart by altitude alone.
+    pub(crate) fn altitude_m(&self, wanted_m: f64, others: impl Iterator<Item = Other>) -> f64 {
+        let Some(own) = self.own.vertical else { return wanted_m };
+        let mut allowed_m = wanted_m;
+        for other in others {
+            let Some(its) = other.said.vertical else { continue };
+            let clear_m = CLIMB_CLEAR_MINIMA * self.separation.minimum_m + 2.0 * self.uav.speed_max_m_s() * other.age_s;
+            let [its_low_m, its_high_m] = reach_m(its, its.altitude_m, AHEAD_S + other.age_s);
+            let (below_m, above_m) = (its_low_m - self.separation.vertical_m, its_high_m + self.separation.vertical_m);
+            let is_clear = self.own.position.squared_distance_m2(other.said.position) > clear_m * clear_m;
+            // Who is between can only go on.
+            if is_clear || below_m < own.altitude_m && own.altitude_m < above_m {
+                continue;
+            }
+            allowed_m = if own.altitude_m <= below_m { allowed_m.min(below_m) } else { allowed_m.max(above_m) };
+        }
+        // Between two that hold it, it stays.
+        if (allowed_m - own.altitude_m) * (wanted_m - own.altitude_m) < 0.0 { own.altitude_m } else { allowed_m }
+    }
+
+    /// The altitudes between which it will be, m; `None`: nobody knows.
+    fn levels_m(&self, altitude_m: Option<f64>) -> Option<[f64; 2]> {
+        let own = self.own.vertical?;
+        Some(reach_m(own, altitude_m.unwrap_or(own.altitude_m), 2.0))
+    }
+
+    /// Kept apart by altitude for as long as is looked ahead.
+    fn is_apart(&self, levels: Option<[f64; 2]>, other: &Other) -> bool {
+        levels.zip(other.said.vertical).is_some_and(|([low_m, high_m], its)| {
+            let [its_low_m, its_high_m] = reach_m(its, its.altitude_m, AHEAD_S + other.age_s);
+            its_low_m - high_m >= self.separation.vertical_m || low_m - its_high_m >= self.separation.vertical_m
+        })
+    }
+
+    /// Of lower id, it gives way.
+    fn near(&self, other: &Other, intent_of: impl Fn(UavId) -> Option<Intent>) -> Option<Near> {
+        let Other { uav, said, age_s } = other;
+        let age_s = age_s.min(SILENT_MAX_S);
+        let minimum_m = self.separation.minimum_m;
+        let (ahead_s, wanted_m, growth_m_s) = if self.id < *uav {
+            (AHEAD_S, minimum_m + SPARE_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s)
+        } else {
+            // The later it is heard of, the less it helps if both act.
+            (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + (SPARE_M - 25.0 * age_s).max(-10.0), 0.0)
+        };
+        let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *said;
+        let least_m = wanted_m + growth_m_s * ahead_s;
+        let reach_m = least_m + self.uav.speed_max_m_s() * ahead_s + speed_m_s.abs() * (ahead_s + age_s);
+        if self.own.position.squared_distance_m2(position) >= reach_m * reach_m {
+            return None;
+        }
+        let is_trusted =
+            |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
+        let flown = Intent::held(Command { speed_m_s, turn_rate_rad_s });
+        let intent = match intent_of(*uav) {
+            None => flown,
+            Some(intent) if is_trusted(&intent) => intent,
+            // It avoids somebody, and will be back.
+            Some(intent) => Intent { for_s: AVOIDING_S, then_rad_s: intent.then_rad_s, ..flown },
+        };
+        let path = Path::of(said, intent, self.uav.turn_rate_lag_s, age_s);
+        Some(Near { uav: *uav, path, ahead_s, wanted_m, growth_m_s })
+    }
+
+    /// That of a grid of commands, and of those with the wanted turn rate or speed, which costs least.
+    #[cold]
+    fn nearest_command(&self, wanted: Command, near: &[Near]) -> Command {
+        let UavParams { turn_rate_max_rad_s: turn_max, speed_m_s, speed_change_max_m_s: change_max, .. } = *self.uav;
+        let share = |step: i32, steps: i32| f64::from(step) / f64::from(steps);
+        let turns = (-TURNS..=TURNS).map(|step| turn_max * share(step, TURNS)).chain([wanted.turn_rate_rad_s]);
+        let mut best = (f64::INFINITY, wanted);
+        for turn_rate_rad_s in turns {
+            let speeds = (-SPEEDS..=SPEEDS).map(|step| speed_m_s + change_max * share(step, SPEEDS));
+            for speed_m_s in speeds.chain([wanted.speed_m_s]) {
+                let command = Command { speed_m_s, turn_rate_rad_s };
+                let off = (turn_rate_rad_s - wanted.turn_rate_rad_s) / turn_max;
+                let faster = (speed_m_s - wanted.speed_m_s) / change_max.max(1e-9);
+                let turned = (turn_rate_rad_s - self.own.turn_rate_rad_s) / turn_max;
+                let effort = off * off + SPEED_COST * faster * faster + TURN_COST * turned * turned;
+                if effort < best.0 {
+                    let cost = effort + SHORTFALL_COST * self.shortfall(Intent::held(command), near).0;
+                    best = if cost < best.0 { (cost, command) } else { best };
+                }
+            }
+        }
+        best.1
+    }
+
+    /// By which part of the wanted distance an intent falls short at most, and of whom.
+    fn shortfall(&self, intent: Intent, near: &[Near]) -> (f64, Option<Avoidance>) {
+        let own = Path::of(self.own, intent, self.uav.turn_rate_lag_s, 0.0);
+        let mut worst = (0.0, None);
+        for other in near {
+            let closing_m_s = own.fastest_m_s() + other.path.fastest_m_s() + other.growth_m_s;
+            let (mut after_s, mut spare_m, mut foretold_m) = (0.0, f64::INFINITY, f64::INFINITY);
+            while after_s < other.ahead_s {
+                let distance_m = own.at(after_s).distance_m(other.path.at(after_s));
+                let left_m = distance_m - other.growth_m_s * after_s;
+                (spare_m, foretold_m) = (spare_m.min(left_m), foretold_m.min(distance_m));
+                // Before that it cannot be nearer than it was, or than is wanted.
+                after_s += ((left_m - other.wanted_m.min(spare_m)) / closing_m_s).max(0.25);
+            }
+            let short = (other.wanted_m - spare_m) / other.wanted_m;
+            if short > worst.0 {
+                worst = (short, Some(Avoidance { from: other.uav, foretold_m }));
+            }
+        }
+        worst
+    }
+}
+
+/// Nobody climbs or descends past who is nearer than so many minima.
+const CLIMB_CLEAR_MINIMA: f64 = 6.0;
+
+/// The altitudes between which a UAV is on its way to one, that is reached within so long if it goes on as now, m.
+fn reach_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {
+    let ends_m = [to_m, from.altitude_m + from.climb_rate_m_s * after_s];
+    [ends_m.into_iter().fold(from.altitude_m, f64::min), ends_m.into_iter().fold(from.altitude_m, f64::max)]
+}
+
+#[cfg(test)]
+mod tests;
