@@ -258,6 +258,14 @@ pub struct UavRow {
     pub centre_too_fast: bool,
     /// Altitude asked for, above the plane, m.
     pub altitude_m: Option<f64>,
+    /// Altitude at which it is, where altitudes are flown, m.
+    pub flown_altitude_m: Option<f64>,
+    /// Rate of climb, m/s, positive upward.
+    pub climb_rate_m_s: Option<f64>,
+    /// The UAV that it keeps away from, by flying something else than its orbit wants.
+    pub avoids: Option<u32>,
+    /// How near to that it would have come, by what it foretold, m.
+    pub foretold_m: Option<f64>,
 }
 
 /// A target as it really is.

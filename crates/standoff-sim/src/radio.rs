@@ -345,6 +345,7 @@ mod tests {
             heading: standoff::Angle::ZERO,
             speed_m_s: 40.0,
             turn_rate_rad_s: 0.0,
+            vertical: None,
         };
         let message = Message::Report(standoff::Report::of(UavId(0), Time::START, state));
         Said { key: Key { speaker: UavId(0), tick: 0, number }, message: Arc::new(message) }

@@ -1,8 +1,8 @@
 //! From the agents' types to the record's rows.
 
 use standoff::{
-    Agent, Angle, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture, Step,
-    Time, TrackStatus as Status, UavId, UavState,
+    Agent, Angle, Avoidance, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture,
+    Step, Time, TrackStatus as Status, UavId, UavState,
 };
 
 use crate::frame::{
@@ -60,6 +60,10 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
         convergence_threshold_m2_s: steering.map(|steering| steering.convergence_threshold_m2_s),
         centre_too_fast: steering.is_some_and(|steering| steering.centre_too_fast),
         altitude_m: step.altitude_m,
+        flown_altitude_m: state.vertical.map(|vertical| vertical.altitude_m),
+        climb_rate_m_s: state.vertical.map(|vertical| vertical.climb_rate_m_s),
+        avoids: step.diagnostics.avoids.map(|avoids| avoids.from.0),
+        foretold_m: step.diagnostics.avoids.map(|avoids| avoids.foretold_m).filter(|metres| metres.is_finite()),
     }
 }
 
@@ -110,6 +114,15 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
         EventKind::UavsClose { distance_m } => row.distance_m = known(distance_m),
         _ => {}
     }
+    row.reason = row.why();
+    row
+}
+
+/// A UAV begins to keep away from another one.
+pub(crate) fn avoidance(uav: UavId, avoidance: &Avoidance) -> EventRow {
+    let distance_m = Some(avoidance.foretold_m).filter(|metres| metres.is_finite());
+    let (kind, uavs) = ("avoidance".to_owned(), vec![uav.0, avoidance.from.0]);
+    let mut row = EventRow { kind, uavs, distance_m, ..EventRow::default() };
     row.reason = row.why();
     row
 }

@@ -5,8 +5,8 @@
 //! ```
 
 use standoff::{
-    Angle, Command, Detection, LookAt, Message, ParamError, Position, Response, Scan, Step, Time, UavId, UavState,
-    Velocity,
+    Angle, Command, Detection, Duration, LookAt, Message, ParamError, Position, Response, Scan, Step, Time, UavId,
+    UavState, Velocity,
 };
 
 use crate::brain::{self, Beliefs, Brain};
@@ -57,6 +57,9 @@ pub struct Mission<B = Box<dyn Brain + Send>> {
     frame: Frame,
 }
 
+/// Who keeps away from the same UAV again after no longer than this still does.
+const ONE_AVOIDANCE: Duration = Duration::from_us(5_000_000);
+
 /// How far an instant has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -94,6 +97,10 @@ struct Uav {
     boresight: Option<Angle>,
     detections: Vec<Detection>,
     command: Command,
+    /// Altitude asked for, m.
+    altitude_m: Option<f64>,
+    /// Whom it kept away from last, and when.
+    avoided: Option<(UavId, Time)>,
 }
 
 impl Mission {
@@ -132,6 +139,8 @@ impl<B: Brain> Mission<B> {
             boresight: None,
             detections: Vec::new(),
             command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
+            altitude_m: None,
+            avoided: None,
         });
         Ok(Self {
             outages: scenario.outages.clone(),
@@ -320,6 +329,7 @@ impl<B: Brain> Mission<B> {
         let Self { frame, brain, uavs, settings, radio, .. } = self;
         rows::begin(now, &self.truth, frame);
         let is_on = uavs.iter().any(|uav| !uav.is_off);
+        let mut avoidances = Vec::new();
         for uav in uavs {
             let mut step = if uav.is_off { Step::of(settings.team.smallest_circle()) } else { brain.decide(uav.id) };
             // Whoever's brain it is, no UAV flies what it cannot.
@@ -331,7 +341,14 @@ impl<B: Brain> Mission<B> {
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             frame.uavs.push(rows::uav(uav.id, &uav.truth, uav.boresight, &step));
             frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
-            (uav.look_at, uav.command) = (step.look_at, step.command);
+            (uav.look_at, uav.command, uav.altitude_m) = (step.look_at, step.command, step.altitude_m);
+            if let Some(avoidance) = step.diagnostics.avoids {
+                let goes_on = |(from, when): (UavId, Time)| from == avoidance.from && now - when <= ONE_AVOIDANCE;
+                if !uav.avoided.is_some_and(goes_on) {
+                    avoidances.push(rows::avoidance(uav.id, &avoidance));
+                }
+                uav.avoided = Some((avoidance.from, now));
+            }
         }
         let Frame { tracks, groups, events, agents, .. } = frame;
         let mut beliefs = Beliefs { tracks, groups, events };
@@ -342,6 +359,7 @@ impl<B: Brain> Mission<B> {
         if self.is_foreign {
             beliefs.tidy();
         }
+        events.append(&mut avoidances);
         agents.tidy();
         for row in &mut agents.all {
             let sent = radio.sent().get(row.agent as usize).copied().unwrap_or_default();
@@ -353,6 +371,9 @@ impl<B: Brain> Mission<B> {
     fn fly(&mut self) {
         for uav in &mut self.uavs {
             uav.truth = self.response.step(&uav.truth, uav.command);
+            if let (Some(vertical), Some(climb)) = (&mut uav.truth.vertical, &self.settings.team.uav.climb) {
+                *vertical = climb.step(vertical, uav.altitude_m, self.settings.period);
+            }
             uav.belief = uav.truth;
         }
     }

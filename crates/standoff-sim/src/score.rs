@@ -11,6 +11,7 @@ mod mean;
 mod metrics;
 mod minds;
 mod rules;
+mod separation;
 mod surprise;
 mod tally;
 mod true_orbits;
@@ -18,7 +19,7 @@ mod true_orbits;
 use nalgebra::{SMatrix, SVector};
 use standoff::{Covariance, Displacement, OrbitMotion, Position, math};
 
-use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use crate::frame::{Frame, GroupRow, TrackRow, TruthRow};
 use crate::geometry::{
     Known, at, centre, existing, group_of, lines_of_sight_rad, off_orbit_m, position_error_m, track_of,
 };
@@ -28,6 +29,7 @@ use calm::Calm;
 use innovation::Innovations;
 use mean::Mean;
 use minds::{Minds, Scores};
+use separation::Separations;
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 use true_orbits::TrueOrbits;
@@ -75,7 +77,12 @@ impl Wanted {
                 "phase_error_deg",
                 "separation_min_group_m",
             ]),
-            separation: choice.wants(&["separation_min_m", "separation_min_layer_m"]),
+            separation: choice.wants(&[
+                "separation_min_m",
+                "separation_min_layer_m",
+                "separation_violations",
+                "separation_time_s",
+            ]),
             line_of_sight: choice.wants(&["line_of_sight_deg", "line_of_sight_max_deg"]),
             tallies: choice.wants(&[
                 "watched_fraction",
@@ -121,6 +128,7 @@ pub struct Scorer {
     so_far: SoFar,
     tallies: Tallies,
     calm: Calm,
+    separations: Separations,
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     surprises: Option<Surprises>,
@@ -158,8 +166,6 @@ struct SoFar {
     uncovered: Mean,
     infeasible: Mean,
     saturated: Mean,
-    separation_min_m: Option<f64>,
-    separation_min_layer_m: Option<f64>,
     separation_min_group_m: Option<f64>,
     handoffs: u64,
     discards: u64,
@@ -174,6 +180,7 @@ impl Scorer {
             so_far: SoFar::default(),
             tallies: Tallies::default(),
             calm: Calm::default(),
+            separations: Separations::default(),
             bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
             innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
             surprises: choice
@@ -214,7 +221,7 @@ impl Scorer {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
         if wanted.separation {
-            self.separations(&frame.uavs);
+            self.separations.frame(&self.rules.separation, frame);
         }
         if wanted.line_of_sight {
             self.lines_of_sight(frame);
@@ -293,9 +300,11 @@ impl Scorer {
             speed_saturated_fraction: self.calm.speed_saturated.value(),
             turn_reversals_per_min: self.calm.reversals_per_min(period_s),
             reassignments_per_uav_min: self.calm.reassignments_per_min(period_s),
-            separation_min_m: self.so_far.separation_min_m,
-            separation_min_layer_m: self.so_far.separation_min_layer_m,
+            separation_min_m: self.separations.min_m,
+            separation_min_layer_m: self.separations.min_layer_m,
             separation_min_group_m: self.so_far.separation_min_group_m,
+            separation_violations: self.separations.has_pairs.then_some(self.separations.violations),
+            separation_time_s: self.separations.has_pairs.then(|| self.separations.avoiding as f64 * period_s),
             handoffs: self.wanted.events.then_some(self.so_far.handoffs),
             discards: self.wanted.events.then_some(self.so_far.discards),
             crews_differ_fraction: differ.value(),
@@ -390,19 +399,6 @@ impl Scorer {
         }
     }
 
-    /// Distances of any two UAVs. Those of which nobody knows that their altitudes differ share one.
-    fn separations(&mut self, uavs: &[UavRow]) {
-        for (index, uav) in uavs.iter().enumerate() {
-            for other in &uavs[index + 1..] {
-                let distance_m = at(uav).distance_m(at(other));
-                take_least(&mut self.so_far.separation_min_m, distance_m);
-                if uav.altitude_m.zip(other.altitude_m).is_none_or(|(one_m, other_m)| one_m == other_m) {
-                    take_least(&mut self.so_far.separation_min_layer_m, distance_m);
-                }
-            }
-        }
-    }
-
     /// How far off the boresights the members are. Before the sensors were first pointed there is nothing to judge.
     fn lines_of_sight(&mut self, frame: &Frame) {
         // By twos, which are worked on side by side (SIMD); a last one alone beside itself.
@@ -485,7 +481,7 @@ fn take_least(least: &mut Option<f64>, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Reported;
+    use crate::frame::{Reported, UavRow};
     use crate::run::Mission;
     use crate::scenario::{Edits, Scenario};
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};

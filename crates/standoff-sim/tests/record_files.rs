@@ -1059,6 +1059,10 @@ fn uav(id: u32, t: f64) -> UavRow {
         convergence_threshold_m2_s: known(-5.0),
         centre_too_fast: false,
         altitude_m: known(1500.0),
+        flown_altitude_m: None,
+        climb_rate_m_s: None,
+        avoids: None,
+        foretold_m: None,
     }
 }
 

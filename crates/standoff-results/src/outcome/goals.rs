@@ -34,7 +34,11 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
         }
         "commit_lag_s" | "commit_lag_max_s" | "bytes_per_s" | "bytes_max_per_s" => "small".to_owned(),
         "separation_min_m" => "altitudes may differ".to_owned(),
-        "separation_min_layer_m" => format!("limit {CLOSE_M:.0}: two at one altitude"),
+        "separation_min_layer_m" => {
+            let limit_m = settings.team.separation.map_or(CLOSE_M, |separation| separation.minimum_m);
+            format!("limit {limit_m:.0}: two at one altitude")
+        }
+        "separation_time_s" => "small".to_owned(),
         "turn_rate_saturated_fraction" => {
             format!("small; the limit is {:.2} rad/s", settings.team.uav.turn_rate_max_rad_s)
         }
@@ -65,7 +69,11 @@ pub(super) fn words(
         words.push(format!("r_d jumps: margin (16) is no length (an erratum); without: {without}"));
     }
     if let Some(closest_m) = get("separation_min_layer_m").filter(|closest_m| *closest_m < CLOSE_M) {
-        words.push(format!("two UAVs at one altitude came within {closest_m:.0} m; nothing enforces a distance"));
+        let kept = match settings.team.separation {
+            Some(separation) => format!("they are to be kept {} m apart", separation.minimum_m),
+            None => "nothing enforces a distance".to_owned(),
+        };
+        words.push(format!("two UAVs at one altitude came within {closest_m:.0} m; {kept}"));
     }
     let is_all_watched = get("watched_fraction").is_none_or(|share| share >= 1.0);
     if events.count("uav-lost") > 0 && !is_all_watched {

@@ -34,6 +34,10 @@ fn write(dir: &Path) {
         convergence_threshold_m2_s: None,
         centre_too_fast: false,
         altitude_m: None,
+        flown_altitude_m: None,
+        climb_rate_m_s: None,
+        avoids: None,
+        foretold_m: None,
     };
     let track = TrackRow {
         target: 0,

@@ -97,7 +97,8 @@ table! { "uavs", UavRow:
     uav, group, x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, boresight_rad,
     speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
     centre_distance_m, phase_rad, steered_distance_m, desired_heading_rad, feedforward_rad_s,
-    convergence_threshold_m2_s, centre_too_fast, altitude_m
+    convergence_threshold_m2_s, centre_too_fast, altitude_m;
+    added flown_altitude_m, climb_rate_m_s, avoids, foretold_m
 }
 
 table! { "truth", TruthRow:

@@ -27,6 +27,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/06-a-uav-drops-out",
     "tour/07-a-radio-that-fails",
     "tour/08-two-halves-meet",
+    "tour/09-apart",
     "traffic/convoy",
     "traffic/city",
     "paper/table-2-single",

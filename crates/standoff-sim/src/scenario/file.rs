@@ -168,6 +168,8 @@ tables! {
         groups: Groups;
         /// The guidance law.
         guidance: Guidance;
+        /// How far apart UAVs are kept; if absent: only by their phases on an orbit.
+        separation: Option<Separation>;
         /// Random targets, drawn from the target model (5, 6).
         targets: Option<Targets>;
         /// Real targets, read from a traffic file.
@@ -210,6 +212,20 @@ tables! {
         /// Whose clock is off.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         clock: Vec<Clock>;
+        /// How they climb; if absent: they are at once at every altitude, or, with `[separation]`, as if it were given.
+        climb: Option<Climb>;
+    }
+
+    /// `[uavs.climb]`: how they climb and descend, and where they may.
+    table Climb numbers {
+        /// Largest rate of climb and of descent, m/s.
+        rate_max_m_s = 3.0;
+        /// Lag of the rate of climb, s.
+        lag_s = 1.0;
+        /// Lowest altitude that may be asked for, m above the plane.
+        altitude_min_m = 50.0;
+        /// Highest, m.
+        altitude_max_m = 3000.0;
     }
 
     /// `[team]`: how the UAVs know of each other.
@@ -328,6 +344,9 @@ tables! {
         heading_deg = 0.0, ANGLE_DEG;
         /// Speed, m/s.
         speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
+    } optional {
+        /// Altitude, m; if absent: the lowest, or its own where each UAV has one. Where altitudes are flown.
+        altitude_m: Allowed::at_least(1.0).at_most(2e4);
     }
 
     /// `[sensor]`: the sensors as they are.
@@ -437,6 +456,16 @@ tables! {
         objective: Objective = LogDet;
         /// Where an orbit cannot hold all, the `furthest` goes, or who is most `widening` it.
         discard: Discard = Widening;
+        /// Who shares an altitude: `by-group`, which is `by-uav` where words may be lost, `by-uav`, or `one` for all.
+        altitudes: Altitudes = ByGroup;
+    }
+
+    /// `[separation]`: how far apart UAVs are kept: they may be nearer than one of the two, not than both.
+    table Separation numbers {
+        /// Least horizontal distance, m.
+        minimum_m = 50.0;
+        /// Least difference of altitudes, m.
+        vertical_m = 30.0;
     }
 
     /// `[guidance]`: the law's gains.
@@ -655,6 +684,17 @@ words! {
         Half,
         /// As many as the targets need: one UAV is enough for a group.
         Needed,
+    }
+}
+words! {
+    /// Who shares an altitude.
+    Altitudes for standoff::Altitudes {
+        /// Each group has its own.
+        ByGroup,
+        /// Each UAV has its own.
+        ByUav,
+        /// All fly at the lowest.
+        One,
     }
 }
 words! {

@@ -1,7 +1,7 @@
 //! Where the UAVs start: as listed, on a ring about the targets that are there first, or on orbits about their groups.
 
 use standoff::coordination::clustering::{Clusters, group_count};
-use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavState};
+use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavState, Vertical};
 
 use super::file::resolved::{Ring, UavAt, Uavs};
 use super::flown::Targets;
@@ -19,11 +19,16 @@ pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, ta
             None => on_orbits(count, &positions, team),
         };
     }
-    let states = uavs.at.iter().map(|at| UavState {
+    let states = uavs.at.iter().zip((0..).map(UavId)).map(|(at, id)| UavState {
         position: start_of(at),
         heading: Angle::from_deg(at.heading_deg),
         speed_m_s: at.speed_m_s,
         turn_rate_rad_s: 0.0,
+        vertical: team.uav.climb.map(|climb| {
+            let altitude_m =
+                at.altitude_m.unwrap_or_else(|| climb.limit_m(team.group.first_altitude_m(id, team.radio)));
+            Vertical { altitude_m, climb_rate_m_s: 0.0 }
+        }),
     });
     states.collect()
 }
@@ -76,7 +81,13 @@ fn on_ring(ring: &Ring, count: usize, centre: Position, standoff_m: f64, team: &
         let phase = first + Angle::from_deg(index as f64 * spacing_deg);
         let position = centre + Displacement::from_polar(radius_m, phase);
         let along = phase + Angle::from_deg(90.0 * team.guidance.sense.sign());
-        UavAt { x_m: position.x_m(), y_m: position.y_m(), heading_deg: along.deg(), speed_m_s: team.uav.speed_m_s }
+        UavAt {
+            x_m: position.x_m(),
+            y_m: position.y_m(),
+            heading_deg: along.deg(),
+            speed_m_s: team.uav.speed_m_s,
+            altitude_m: None,
+        }
     };
     (0..count).map(at).collect()
 }

@@ -1,8 +1,8 @@
 //! From a scenario's tables to the library's parameters: one line per value.
 
 use standoff::{
-    GroupParams, GuidanceParams, Lead, LogParams, Margin, MotionParams, Radio, SensorParams, StandoffParams,
-    TargetParams, TeamParams, TrackParams, UavParams,
+    ClimbParams, GroupParams, GuidanceParams, Lead, LogParams, Margin, MotionParams, Radio, SensorParams,
+    SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
 };
 
 use super::file::{self, resolved::ScenarioFile};
@@ -38,6 +38,22 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
             pass($path, concat!(stringify!($table), ".", stringify!($key)), file.$table.$key, true).to_radians()
         };
     }
+    // The number of a key of a table that may be absent.
+    macro_rules! optional {
+        ($path:literal, $key:literal, $typed:expr) => {
+            pass($path, $key, $typed, false)
+        };
+    }
+    let climb = file.uavs.climb.as_ref().map(|climb| ClimbParams {
+        rate_max_m_s: optional!("uav.climb.rate_max_m_s", "uavs.climb.rate_max_m_s", climb.rate_max_m_s),
+        lag_s: optional!("uav.climb.lag_s", "uavs.climb.lag_s", climb.lag_s),
+        altitude_min_m: optional!("uav.climb.altitude_min_m", "uavs.climb.altitude_min_m", climb.altitude_min_m),
+        altitude_max_m: optional!("uav.climb.altitude_max_m", "uavs.climb.altitude_max_m", climb.altitude_max_m),
+    });
+    let separation = file.separation.as_ref().map(|separation| SeparationParams {
+        minimum_m: optional!("separation.minimum_m", "separation.minimum_m", separation.minimum_m),
+        vertical_m: optional!("separation.vertical_m", "separation.vertical_m", separation.vertical_m),
+    });
     let team = TeamParams {
         teammate_timeout_s: number!("teammate_timeout_s", team.teammate_timeout_s),
         // Whatever makes UAVs know different things is told where the file is checked.
@@ -55,6 +71,8 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
             speed_lag_s: number!("uav.speed_lag_s", uavs.speed_lag_s),
             turn_rate_lag_s: number!("uav.turn_rate_lag_s", uavs.turn_rate_lag_s),
             integrator: file.uavs.integrator.into(),
+            // Who is kept apart by altitude has to fly there.
+            climb: climb.or(separation.map(|_| ClimbParams::default())),
         },
         track: TrackParams {
             target: TargetParams {
@@ -112,6 +130,7 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
             assignment_inertia: number!("group.assignment_inertia", groups.assignment_inertia),
             altitude_lowest_m: number!("group.altitude_lowest_m", groups.altitude_lowest_m),
             altitude_step_m: number!("group.altitude_step_m", groups.altitude_step_m),
+            altitudes: file.groups.altitudes.into(),
             separation_alarm_m: number!("group.separation_alarm_m", groups.separation_alarm_m),
         },
         guidance: GuidanceParams {
@@ -129,6 +148,7 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
             spacing_gain_1_s: number!("guidance.spacing_gain_1_s", guidance.spacing_gain_1_s),
             separation_rad: angle!("guidance.separation_rad", guidance.separation_deg),
         },
+        separation,
     };
     (team, passed)
 }

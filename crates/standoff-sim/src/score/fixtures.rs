@@ -25,6 +25,10 @@ pub(super) fn uav_row(uav: u32) -> UavRow {
         convergence_threshold_m2_s: None,
         centre_too_fast: false,
         altitude_m: None,
+        flown_altitude_m: None,
+        climb_rate_m_s: None,
+        avoids: None,
+        foretold_m: None,
     }
 }
 

@@ -197,6 +197,10 @@ metrics! {
         separation_min_layer_m: f64, "smallest separation of two UAVs at one altitude", SMALL, 10.0, NOTHING;
         /// The same of two of one group, m.
         separation_min_group_m: f64, "smallest separation of two UAVs of a group", SMALL, 10.0, GROUPS;
+        /// Times that two UAVs came nearer than both minima of `[separation]`, or than 50 m and 30 m.
+        separation_violations: u64, "times that two UAVs came too near", LARGE, 0.1, NOTHING;
+        /// Time that UAVs spent keeping away from one another, all together, s.
+        separation_time_s: f64, "time spent keeping away from other UAVs", LARGE, 5.0, NOTHING;
         /// Completed handoffs.
         handoffs: u64, "handoffs", NEITHER, 0.1, EVENTS;
         /// Targets removed from a group because no orbit could hold them.

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use standoff::{
-    CentreEstimate, MotionParams, OrbitMotion, SensorParams, Spread, StandoffDistance, StandoffParams, TargetParams,
-    TargetState, Velocity,
+    CentreEstimate, MotionParams, OrbitMotion, SensorParams, SeparationParams, Spread, StandoffDistance,
+    StandoffParams, TargetParams, TargetState, Velocity,
 };
 
 use crate::frame::Reported;
@@ -35,6 +35,8 @@ pub struct Rules {
     pub noise: Noise,
     /// How well targets are handed over.
     pub cue: CueError,
+    /// How far apart UAVs are to be, whether they keep to it or not.
+    pub separation: SeparationParams,
     /// Separation of a pair, rad.
     pub separation_rad: f64,
     /// Time between two frames, s.
@@ -59,6 +61,7 @@ impl Rules {
             manoeuvring: Arc::clone(&settings.manoeuvring),
             noise: settings.noise,
             cue: settings.cue,
+            separation: settings.team.separation.unwrap_or_default(),
             separation_rad: settings.team.guidance.separation_rad,
             period_s: settings.period.s(),
             settle_s: settings.settle.s(),

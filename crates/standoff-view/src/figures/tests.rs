@@ -93,6 +93,10 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
             convergence_threshold_m2_s: None,
             centre_too_fast: false,
             altitude_m: None,
+            flown_altitude_m: None,
+            climb_rate_m_s: None,
+            avoids: None,
+            foretold_m: None,
         });
     }
     frame.groups.push(GroupRow {

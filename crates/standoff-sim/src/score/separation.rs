@@ -1,0 +1,101 @@
+//! How far apart UAVs are, and for how long they keep away from one another.
+
+use std::collections::BTreeSet;
+
+use standoff::SeparationParams;
+
+use super::take_least;
+use crate::frame::{Frame, UavRow};
+use crate::geometry::at;
+
+/// All UAVs so far.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Separations {
+    pub(super) min_m: Option<f64>,
+    pub(super) min_layer_m: Option<f64>,
+    /// Times that two came nearer than both minima.
+    pub(super) violations: u64,
+    /// Instants of UAVs that keep away from another one.
+    pub(super) avoiding: u64,
+    /// Two or more have flown.
+    pub(super) has_pairs: bool,
+    /// Pairs that are too near now.
+    near: BTreeSet<(u32, u32)>,
+}
+
+impl Separations {
+    /// Takes in the next frame.
+    pub(super) fn frame(&mut self, minima: &SeparationParams, frame: &Frame) {
+        self.avoiding += frame.uavs.iter().filter(|uav| uav.avoids.is_some()).count() as u64;
+        for (index, uav) in frame.uavs.iter().enumerate() {
+            for other in &frame.uavs[index + 1..] {
+                self.has_pairs = true;
+                let distance_m = at(uav).distance_m(at(other));
+                take_least(&mut self.min_m, distance_m);
+                let is_one_layer = shares_altitude(minima, uav, other);
+                if is_one_layer {
+                    take_least(&mut self.min_layer_m, distance_m);
+                }
+                let pair = (uav.uav, other.uav);
+                if !(is_one_layer && distance_m < minima.minimum_m) {
+                    self.near.remove(&pair);
+                } else if self.near.insert(pair) {
+                    self.violations += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Two are nearer in height than they may be; where altitudes are not flown, they are asked for one altitude. Those of which
+/// nobody knows share one.
+fn shares_altitude(minima: &SeparationParams, uav: &UavRow, other: &UavRow) -> bool {
+    match (uav.flown_altitude_m.zip(other.flown_altitude_m), uav.altitude_m.zip(other.altitude_m)) {
+        (Some((one_m, other_m)), _) => (one_m - other_m).abs() < minima.vertical_m,
+        (None, Some((one_m, other_m))) => one_m == other_m,
+        (None, None) => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::fixtures::uav_row;
+
+    /// Two UAVs at these distances and differences of height, one instant each.
+    fn flown(instants: &[(f64, Option<f64>)]) -> Separations {
+        let mut separations = Separations::default();
+        for (x_m, up_m) in instants {
+            let height = |up_m: f64| up_m.is_finite().then_some(300.0 + up_m);
+            let rows = [(0, 0.0, 0.0), (1, *x_m, up_m.unwrap_or_default())].map(|(uav, x_m, up)| UavRow {
+                x_m,
+                flown_altitude_m: up_m.and(height(up)),
+                ..uav_row(uav)
+            });
+            separations.frame(&SeparationParams::default(), &Frame { uavs: rows.to_vec(), ..Frame::default() });
+        }
+        separations
+    }
+
+    /// 49 m apart twice, at 29 m of height and at none, with 51 m or 30 m of height between: two times that both minima
+    /// are broken. Who is near for longer has come near once.
+    #[test]
+    fn two_are_too_near_only_if_they_are_in_both_ways() {
+        let near = [(49.0, Some(29.0)), (48.0, Some(0.0)), (49.0, Some(30.0)), (51.0, Some(0.0)), (49.9, Some(0.0))];
+        let separations = flown(&near);
+        assert_eq!((separations.violations, separations.min_m, separations.min_layer_m), (2, Some(48.0), Some(48.0)));
+        let apart = flown(&[(0.0, Some(30.0)), (50.0, Some(0.0)), (70.0, Some(29.9))]);
+        assert_eq!((apart.violations, apart.min_m, apart.min_layer_m), (0, Some(0.0), Some(50.0)));
+        // Of whose altitude nobody knows, it is taken to be the same.
+        assert_eq!(flown(&[(49.0, None)]).violations, 1);
+        assert!(!flown(&[]).has_pairs);
+    }
+
+    #[test]
+    fn who_keeps_away_is_counted_at_every_instant() {
+        let mut separations = Separations::default();
+        let rows = [Some(1), None, Some(0)].map(|avoids| UavRow { avoids, ..uav_row(0) });
+        separations.frame(&SeparationParams::default(), &Frame { uavs: rows.to_vec(), ..Frame::default() });
+        assert_eq!(separations.avoiding, 2);
+    }
+}
