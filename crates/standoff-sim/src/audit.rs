@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use standoff::{
-    Agent, Angle, Cue, Duration, Fleet, Message, Observation, ParamError, Picture, Position, Report, TeamParams, Time,
-    UavId, UavState,
+    Agent, Airspace, Angle, Cue, Duration, Fleet, Message, Observation, ParamError, Picture, Position, Report,
+    TeamParams, Time, UavId, UavState,
 };
 
 /// Where two pictures come to other numbers, this share more counts as more information.
@@ -17,6 +17,7 @@ const MORE: f64 = 1e-9;
 /// The audit of one agent.
 pub(crate) struct Audit {
     team: TeamParams,
+    airspace: Airspace,
     period: Duration,
     /// Periods for which an agent remembers what was said.
     kept: i64,
@@ -64,7 +65,7 @@ impl Before {
 }
 
 impl Audit {
-    pub(crate) fn new(team: TeamParams) -> Result<Self, Vec<ParamError>> {
+    pub(crate) fn new(team: TeamParams, airspace: Airspace) -> Result<Self, Vec<ParamError>> {
         let period = Duration::from_s(team.log.period_s);
         let periods = |s: f64| (s / team.log.period_s).ceil() as i64;
         Ok(Self {
@@ -72,7 +73,8 @@ impl Audit {
             period,
             kept: periods(team.log.horizon_s) + 2,
             early: periods(team.teammate_timeout_s),
-            fleet: Fleet::new(team)?,
+            fleet: Fleet::new(team)?.with_airspace(airspace.clone()),
+            airspace,
             began: None,
             now: None,
             folded: None,
@@ -86,7 +88,7 @@ impl Audit {
 
     /// The agent begins anew, with nothing.
     pub(crate) fn restart(&mut self) {
-        if let Ok(new) = Self::new(self.team) {
+        if let Ok(new) = Self::new(self.team, self.airspace.clone()) {
             *self = Self { looked_at: self.looked_at, differed: self.differed, ..new };
         }
     }
@@ -220,7 +222,7 @@ mod tests {
     fn looked_at(untold: Option<i64>) -> Vec<Option<bool>> {
         let team = TeamParams::table_1();
         let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());
-        let mut audit = Audit::new(team).unwrap();
+        let mut audit = Audit::new(team, Airspace::default()).unwrap();
         let cue = Message::Cue(Cue {
             searcher: 0,
             said: Time::START,

@@ -4,7 +4,7 @@
 //! through a brain of one's own, which `examples/follower.rs` flies.
 
 use standoff::{
-    Agent, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
+    Agent, Airspace, Command, Fleet, Message, Observation, ParamError, Scan, Step, TeamParams, Time, UavId, UavState,
 };
 
 use crate::audit::{Audit, Before};
@@ -91,16 +91,26 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
 
 /// The product as a brain; all parameters that are out of range are reported at once.
 pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain + Send>, Vec<ParamError>> {
+    of_team_within(minds, team, Airspace::default(), uavs)
+}
+
+/// The same with zones that the UAVs keep out of, and in.
+pub fn of_team_within(
+    minds: Minds,
+    team: TeamParams,
+    airspace: Airspace,
+    uavs: usize,
+) -> Result<Box<dyn Brain + Send>, Vec<ParamError>> {
     Ok(match minds {
-        Minds::One => Box::new(One { fleet: Fleet::new(team)?, observed: Vec::new() }),
-        Minds::Each => Box::new(Each::new(team, uavs)?),
+        Minds::One => Box::new(One { fleet: Fleet::new(team)?.with_airspace(airspace), observed: Vec::new() }),
+        Minds::Each => Box::new(Each::new(team, airspace, uavs)?),
     })
 }
 
 /// A mind for each UAV of the product, each checked by a fold of its own of what it has heard.
-pub(crate) fn audited(team: TeamParams, uavs: usize) -> Result<Each, Vec<ParamError>> {
-    let audits = (0..uavs).map(|_| Audit::new(team)).collect::<Result<_, _>>()?;
-    Ok(Each { audits, ..Each::new(team, uavs)? })
+pub(crate) fn audited(team: TeamParams, airspace: Airspace, uavs: usize) -> Result<Each, Vec<ParamError>> {
+    let audits = (0..uavs).map(|_| Audit::new(team, airspace.clone())).collect::<Result<_, _>>()?;
+    Ok(Each { audits, ..Each::new(team, airspace, uavs)? })
 }
 
 /// The last observation of each UAV, by id.
@@ -157,6 +167,7 @@ impl Brain for One {
 /// recorded.
 pub(crate) struct Each {
     team: TeamParams,
+    airspace: Airspace,
     agents: Vec<Agent>,
     /// By UAV; empty where nobody asked for them.
     pub(crate) audits: Vec<Audit>,
@@ -171,7 +182,7 @@ impl Brain for Each {
     fn restart(&mut self, uav: UavId, epoch: u32) {
         // What these parameters are was taken when the first one was made.
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
-            *agent = new.with_epoch(epoch);
+            *agent = new.with_airspace(self.airspace.clone()).with_epoch(epoch);
         }
         self.audits.get_mut(uav.0 as usize).into_iter().for_each(Audit::restart);
     }
@@ -241,9 +252,18 @@ impl Brain for Each {
 }
 
 impl Each {
-    fn new(team: TeamParams, uavs: usize) -> Result<Self, Vec<ParamError>> {
-        let agents = (0..).map(UavId).take(uavs).map(|uav| Agent::new(uav, team)).collect::<Result<_, _>>()?;
-        Ok(Self { team, agents, audits: Vec::new(), observed: Vec::new(), awake: Vec::new(), is_decided: true })
+    fn new(team: TeamParams, airspace: Airspace, uavs: usize) -> Result<Self, Vec<ParamError>> {
+        let agent = |uav| Agent::new(uav, team).map(|agent| agent.with_airspace(airspace.clone()));
+        let agents = (0..).map(UavId).take(uavs).map(agent).collect::<Result<_, _>>()?;
+        Ok(Self {
+            team,
+            airspace,
+            agents,
+            audits: Vec::new(),
+            observed: Vec::new(),
+            awake: Vec::new(),
+            is_decided: true,
+        })
     }
 
     /// The minds of the UAVs whose computer is on, ascending.

@@ -266,6 +266,8 @@ pub struct UavRow {
     pub avoids: Option<u32>,
     /// How near to that it would have come, by what it foretold, m.
     pub foretold_m: Option<f64>,
+    /// The zone that it keeps out of, or in, by flying something else than it would without; counted from 0.
+    pub border: Option<u32>,
 }
 
 /// A target as it really is.
@@ -471,4 +473,8 @@ pub struct EventRow {
     pub group_id: Option<u64>,
     /// That of `to_group`.
     pub to_group_id: Option<u64>,
+    /// Share of the group's orbit where UAVs may be, 0 to 1.
+    pub clear_fraction: Option<f64>,
+    /// The zone that takes the rest, counted from 0.
+    pub zone: Option<u32>,
 }

@@ -64,6 +64,7 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
         climb_rate_m_s: state.vertical.map(|vertical| vertical.climb_rate_m_s),
         avoids: step.diagnostics.avoids.map(|avoids| avoids.from.0),
         foretold_m: step.diagnostics.avoids.map(|avoids| avoids.foretold_m).filter(|metres| metres.is_finite()),
+        border: step.diagnostics.border,
     }
 }
 
@@ -111,6 +112,10 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
         EventKind::DiscardedTooFast { speed_m_s, limit_m_s } => {
             (row.speed_m_s, row.limit_m_s) = (known(speed_m_s), known(limit_m_s));
         }
+        EventKind::OrbitCut { clear_fraction, zone, .. } => {
+            (row.clear_fraction, row.zone) = (known(clear_fraction), Some(zone));
+        }
+        EventKind::OrbitBarred { zone, .. } => row.zone = Some(zone),
         EventKind::UavsClose { distance_m } => row.distance_m = known(distance_m),
         _ => {}
     }

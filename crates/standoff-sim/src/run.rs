@@ -111,10 +111,10 @@ impl Mission {
 
     /// The same; what metrics of a choice need that takes long is worked out beside it: `double_count`.
     pub fn scored_by(scenario: &Scenario, choice: Choice) -> Result<Self, Vec<ParamError>> {
-        let (Settings { minds, team, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
+        let (Settings { minds, team, airspace, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
         let brain: Box<dyn Brain + Send> = match minds {
-            Minds::Each if choice.wants_audit() => Box::new(brain::audited(*team, uavs)?),
-            _ => brain::of_team(*minds, *team, uavs)?,
+            Minds::Each if choice.wants_audit() => Box::new(brain::audited(*team, airspace.clone(), uavs)?),
+            _ => brain::of_team_within(*minds, *team, airspace.clone(), uavs)?,
         };
         Ok(Self { is_foreign: false, ..Self::with_brain(scenario, brain)? })
     }
@@ -453,7 +453,8 @@ mod tests {
     fn audited(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
         let set = set.iter().map(|key| (*key).to_owned()).collect();
         let scenario = Scenario::load(name, &Edits { set, ..Edits::default() }, seed).unwrap();
-        let brain = brain::audited(scenario.settings.team, scenario.uavs.len()).unwrap();
+        let brain =
+            brain::audited(scenario.settings.team, scenario.settings.airspace.clone(), scenario.uavs.len()).unwrap();
         let mut mission = Mission::with_brain(&scenario, brain).unwrap();
         let metrics = mission.scored_while(Choice::parse("double_count").unwrap(), || true);
         let sum = |of: fn(&crate::audit::Audit) -> u64| mission.brain.audits.iter().map(of).sum();

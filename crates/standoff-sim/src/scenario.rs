@@ -23,6 +23,7 @@ mod team;
 #[cfg(test)]
 mod tests;
 mod traffic;
+mod zones;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -96,10 +97,15 @@ impl Template {
     }
 
     /// With the traffic file read. What is wrong in the scenario's form, in its ranges and in that file is told at once.
-    fn with_traffic(typed: load::Typed) -> Result<Self, ScenarioError> {
+    fn with_traffic(mut typed: load::Typed) -> Result<Self, ScenarioError> {
         let (traffic, mut problems) = match traffic::read(&typed) {
-            Ok(traffic) if typed.problems.is_empty() => return Ok(Self { typed, traffic: traffic.map(Arc::new) }),
-            Ok(traffic) => (traffic, Vec::new()),
+            Ok(traffic) => {
+                zones::spell_out(&mut typed, traffic.as_ref().and_then(|traffic| traffic.origin))?;
+                if typed.problems.is_empty() {
+                    return Ok(Self { typed, traffic: traffic.map(Arc::new) });
+                }
+                (traffic, Vec::new())
+            }
             Err(error) if error.is_machine_s => return Err(error),
             Err(error) => (None, error.problems),
         };

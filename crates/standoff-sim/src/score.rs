@@ -15,6 +15,7 @@ mod separation;
 mod surprise;
 mod tally;
 mod true_orbits;
+mod zones;
 
 use nalgebra::{SMatrix, SVector};
 use standoff::{Covariance, Displacement, OrbitMotion, Position, math};
@@ -29,10 +30,11 @@ use calm::Calm;
 use innovation::Innovations;
 use mean::Mean;
 use minds::{Minds, Scores};
-use separation::Separations;
+use separation::{Separations, take_least};
 use surprise::Surprises;
 use tally::{Sums, Tallies};
 use true_orbits::TrueOrbits;
+use zones::Zones;
 
 pub use bound::Bound as PositionBound;
 pub use judged::{Custody, Judge, Judged};
@@ -53,6 +55,7 @@ struct Wanted {
     calm: bool,
     coverage: bool,
     events: bool,
+    zones: bool,
     agreement: bool,
 }
 
@@ -99,6 +102,7 @@ impl Wanted {
             calm: choice.wants(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
             coverage: choice.wants(&["uncovered_fraction"]),
             events: choice.wants(&["handoffs", "discards"]),
+            zones: choice.wants(&["zone_violations", "zone_detour_fraction"]),
             agreement: choice.wants(Metrics::AGREEMENT),
         }
     }
@@ -129,6 +133,7 @@ pub struct Scorer {
     tallies: Tallies,
     calm: Calm,
     separations: Separations,
+    zones: Zones,
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     surprises: Option<Surprises>,
@@ -181,6 +186,7 @@ impl Scorer {
             tallies: Tallies::default(),
             calm: Calm::default(),
             separations: Separations::default(),
+            zones: Zones::default(),
             bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
             innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
             surprises: choice
@@ -235,6 +241,9 @@ impl Scorer {
         }
         if wanted.calm {
             self.calm.frame(frame);
+        }
+        if wanted.zones && !self.rules.airspace.is_empty() {
+            self.zones.frame(&self.rules.airspace, frame);
         }
         if wanted.coverage {
             for truth in &frame.truth {
@@ -304,7 +313,9 @@ impl Scorer {
             separation_min_layer_m: self.separations.min_layer_m,
             separation_min_group_m: self.so_far.separation_min_group_m,
             separation_violations: self.separations.has_pairs.then_some(self.separations.violations),
-            separation_time_s: self.separations.has_pairs.then(|| self.separations.avoiding as f64 * period_s),
+            separation_time_s: self.separations.has_pairs.then_some(self.separations.avoiding as f64 * period_s),
+            zone_violations: self.zones.violations(),
+            zone_detour_fraction: self.zones.detour.value(),
             handoffs: self.wanted.events.then_some(self.so_far.handoffs),
             discards: self.wanted.events.then_some(self.so_far.discards),
             crews_differ_fraction: differ.value(),
@@ -473,11 +484,6 @@ fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64,
     Some(error.dot(&cholesky.solve(error)) / N as f64)
 }
 
-/// Keeps the smaller one.
-fn take_least(least: &mut Option<f64>, value: f64) {
-    *least = Some(least.map_or(value, |least| least.min(value)));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -601,6 +607,8 @@ mod tests {
             "turn_reversals_per_min",
             "separation_min_m",
             "separation_min_layer_m",
+            "separation_violations",
+            "separation_time_s",
         ];
         assert_eq!(scored(false, &frames), always);
         let more = beliefs.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();

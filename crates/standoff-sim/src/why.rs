@@ -91,6 +91,16 @@ fn told(event: &EventRow) -> Option<String> {
         }
         ("orbit-infeasible", "too-fast") => "the group's centre is as fast as the UAVs can be",
         ("orbit-feasible", _) => "an orbit satisfies every constraint again",
+        ("orbit-cut", cause) => {
+            let left = 100.0 * event.clear_fraction?;
+            let zone = zone_of(cause, event.zone?)?;
+            return Some(format!("{zone} leaves {left:.0} % of its orbit; it is flown in part, and around"));
+        }
+        ("orbit-barred", cause) => {
+            let zone = zone_of(cause, event.zone?)?;
+            return Some(format!("{zone} leaves nothing of its orbit; UAVs fly a wider one, or as near as they can"));
+        }
+        ("orbit-clear", _) => "no zone cuts its orbit any more",
         ("uavs-close", _) => {
             return Some(format!("two UAVs at its altitude are {:.0} m apart", event.distance_m?));
         }
@@ -101,6 +111,11 @@ fn told(event: &EventRow) -> Option<String> {
         _ => return None,
     };
     Some(plain.to_owned())
+}
+
+/// A zone, by its kind and its place among all.
+fn zone_of(kind: &str, zone: u32) -> Option<String> {
+    ["keep-out", "keep-in"].contains(&kind).then(|| format!("the {kind} zone {}", zone + 1))
 }
 
 fn founded(cause: &str, members: u32) -> Option<String> {

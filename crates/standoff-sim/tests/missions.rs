@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use standoff::{Angle, Position};
 use standoff_sim::record::{DetectionRow, Frame, Manifest, Record, Writer};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Edits, Scenario, built_in};
+use standoff_sim::scenario::{Edits, Scenario, Template, built_in};
 use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
 use standoff_sim::world::World;
 
@@ -558,4 +558,47 @@ fn stat_the_best_pair_reaches_its_goals() {
     let circle = ["orbit.centre=smallest-circle"];
     let paper = mean((1..=40).map(|seed| fly("paper/table-2-pair", &circle, seed).standoff_distance_m));
     assert!((of(|m| m.standoff_distance_m) / paper - 1.0).abs() < 0.02);
+}
+
+/// Two UAVs that come from the west, about two vehicles at the origin.
+fn about_the_origin(zones: &str, duration_s: f64) -> Scenario {
+    let places =
+        "[[uavs.at]]\nx_m = -1400\n[[uavs.at]]\nx_m = -1400\ny_m = -300\n[[targets.at]]\n[[targets.at]]\nx_m = 40\n";
+    let text = format!("duration_s = {duration_s}\n{zones}\n{places}");
+    let template = Template::of_toml("mine", &text, &Edits::default(), Path::new(""));
+    template.and_then(|template| template.draw(1)).unwrap()
+}
+
+/// A wood in the orbit: nobody flies over it, the group stays in view, and it is told of; whether there is a mind for all or
+/// for each.
+#[test]
+fn a_zone_that_cuts_an_orbit_is_kept_out_of_and_told() {
+    let wood = "[[zones]]\nname = \"wood\"\npoints = [[100, 100], [900, 100], [900, 900], [100, 900]]";
+    let flown = ["one", "each"].map(|minds| {
+        let scenario = about_the_origin(&format!("team.minds = \"{minds}\"\n{wood}"), 250.0);
+        let frames = frames(&scenario);
+        let metrics = score(&scenario, &frames);
+        assert_eq!((metrics.zone_violations, metrics.double_count.unwrap_or(0)), (Some(0), 0));
+        assert!(metrics.watched_fraction > Some(0.9), "{metrics:?}");
+        assert!(metrics.zone_detour_fraction > Some(0.05) && metrics.zone_detour_fraction < Some(0.6), "{metrics:?}");
+        let told = frames.iter().flat_map(|frame| &frame.events).find(|event| event.kind == "orbit-cut").unwrap();
+        assert!(told.reason.starts_with("the keep-out zone 1 leaves "), "{}", told.reason);
+        assert!(frames.iter().flat_map(|frame| &frame.uavs).any(|uav| uav.border == Some(0)));
+        frames.into_iter().map(|frame| frame.uavs).collect::<Vec<_>>()
+    });
+    assert_eq!(flown[0], flown[1]);
+}
+
+/// A town about the group, too wide for any orbit around it: the UAVs stay outside, and the reason is told.
+#[test]
+fn a_zone_that_leaves_nothing_of_an_orbit_is_an_event() {
+    let town = "[[zones]]\npoints = [[-900, -900], [900, -900], [900, 900], [-900, 900]]";
+    let scenario = about_the_origin(town, 120.0);
+    let frames = frames(&scenario);
+    assert_eq!(score(&scenario, &frames).zone_violations, Some(0));
+    let told = frames.iter().flat_map(|frame| &frame.events).find(|event| event.kind == "orbit-barred").unwrap();
+    assert_eq!(
+        told.reason,
+        "the keep-out zone 1 leaves nothing of its orbit; UAVs fly a wider one, or as near as they can"
+    );
 }

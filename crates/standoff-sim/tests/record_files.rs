@@ -996,6 +996,8 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             distance_m: Some(1.0 / (1.0 + t)),
             group_id: instant.is_multiple_of(3).then_some(1 << 62),
             to_group_id: None,
+            clear_fraction: Some(0.4),
+            zone: Some(1),
         })),
         agents: Agents::default(),
     }
@@ -1063,6 +1065,7 @@ fn uav(id: u32, t: f64) -> UavRow {
         climb_rate_m_s: None,
         avoids: None,
         foretold_m: None,
+        border: None,
     }
 }
 

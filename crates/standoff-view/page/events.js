@@ -1,9 +1,9 @@
 // Events: which of them are wanted, and the list of those. Only rows in sight are in the document.
 
 /** Events that tell little: they are listed only when asked for, and have no mark. */
-const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "uavs-apart", "group-founded", "joined"]);
+const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "orbit-clear", "uavs-apart", "group-founded", "joined"]);
 /** Events that cost custody, or may. */
-const GRAVE = new Set(["lost", "discarded", "uav-lost", "left-out", "handoff-withdrawn", "orbit-infeasible", "uavs-close"]);
+const GRAVE = new Set(["lost", "discarded", "uav-lost", "left-out", "handoff-withdrawn", "orbit-infeasible", "orbit-barred", "uavs-close"]);
 /** Events by which a target comes into another group's keeping, or back. */
 const HANDED = new Set(["handoff-requested", "handoff-completed", "taken-back", "reacquired"]);
 /** Most names that the field for a vehicle proposes. */

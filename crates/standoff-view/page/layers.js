@@ -5,6 +5,7 @@ const LAYERS = [
   ["underlay", "Roads and buildings", true, "Of the map that the scenario names, or that came with --map",
     (map, { pen }) => map.underlay?.draw(pen, map.camera)],
   ["grid", "Grid and scale", true, "Lines at round distances; the scale below on the left is one step of them", drawGrid],
+  ["zones", "Zones", true, "Keep-outs, hatched, that no UAV may enter; keep-ins, with a broken outline, that none may leave", drawZones],
   ["truth", "True targets", true, "Where targets really are, which no UAV knows", drawTruth],
   ["target-trails", "Trails of targets", true, `Where tracks of targets have been in the last ${TRAIL_S} s, in their group's colour`,
     drawTargetTrails],

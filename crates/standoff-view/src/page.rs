@@ -29,6 +29,7 @@ const SCRIPT: &str = concat!(
     include_str!("../page/layers.js"),
     include_str!("../page/view.js"),
     include_str!("../page/underlay.js"),
+    include_str!("../page/zones.js"),
     include_str!("../page/map.js"),
     include_str!("../page/columns.js"),
     include_str!("../page/objects.js"),

@@ -22,6 +22,7 @@
 //! take a snapshot of it. Whose picture is asked for and not given counts no more for a while.
 
 use crate::fold::Fold;
+use crate::guidance::airspace::Airspace;
 use crate::history::History;
 use crate::log::repair::{Again, Repair};
 use crate::log::{LISTED_BEFORE, Log, Peer, Presence};
@@ -148,6 +149,13 @@ impl Agent {
         Self { epoch, ..self }
     }
 
+    /// The same with zones that the UAV keeps out of, and in: for all agents of a team the same ones, for whose orbit they cut
+    /// is part of the picture. For before the first instant.
+    #[must_use]
+    pub fn with_airspace(self, airspace: Airspace) -> Self {
+        Self { history: self.history.within(airspace), ..self }
+    }
+
     /// Forgets all that it knows and has heard, and takes whatever time comes next: for a clock that was set, or a pause
     /// of more than [`Self::GAP_MAX`]. The counts of the diagnostics stay. As after a restart, teammates that know more tell
     /// it; where there are none, targets have to be cued again.
@@ -268,7 +276,8 @@ impl Agent {
         let impossible = self.history.newest().impossible;
         let refused =
             Refused { impossible: self.log.refused.impossible.saturating_add(impossible), ..self.log.refused };
-        Pilot { params: &self.history.fold.params, picture: self.history.head() }.decide(observation, refused)
+        let Fold { params, borders, .. } = &self.history.fold;
+        Pilot { params, picture: self.history.head(), borders: borders.as_deref() }.decide(observation, refused)
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {

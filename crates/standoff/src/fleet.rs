@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::agent::Agent;
 use crate::coordination::assignment::AssignmentLaw;
 use crate::fold::Fold;
+use crate::guidance::airspace::Airspace;
 use crate::message::{Message, Scan};
 use crate::param::ParamError;
 use crate::picture::Picture;
@@ -80,6 +81,12 @@ impl Fleet {
         self
     }
 
+    /// The same with zones that the UAVs keep out of, and in.
+    #[must_use]
+    pub fn with_airspace(self, airspace: Airspace) -> Self {
+        Self { fold: self.fold.within(airspace), ..self }
+    }
+
     /// First half of an instant: where a UAV is and what its sensor measured, heard by all; as
     /// [`Agent::observe`](crate::Agent::observe), but at any time: a fleet has no grid of instants.
     ///
@@ -128,7 +135,8 @@ impl Fleet {
     /// Second half, once all were observed: the command of a UAV; as [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> Step {
         self.catch_up();
-        Pilot { params: &self.fold.params, picture: self.picture() }.decide(observation, self.refused)
+        Pilot { params: &self.fold.params, picture: self.picture(), borders: self.fold.borders.as_deref() }
+            .decide(observation, self.refused)
     }
 
     /// Forgets all that is known and was heard; what was refused stays counted.

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use crate::coordination::assignment::AssignmentLaw;
+use crate::guidance::airspace::Airspace;
+use crate::guidance::borders::Borders;
 use crate::param::ParamError;
 use crate::picture::{News, Picture, Scratch};
 use crate::row::Row;
@@ -18,6 +20,8 @@ pub(crate) struct Fold {
     transition: Transition,
     scratch: Scratch,
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
+    /// What keeps UAVs within their airspace, where that is not everywhere.
+    pub(crate) borders: Option<Arc<Borders>>,
 }
 
 impl Fold {
@@ -27,7 +31,14 @@ impl Fold {
             return Err(errors);
         }
         let (transition, scratch, assignment) = (Transition::none(), Scratch::default(), None);
-        Ok(Self { params, transition, scratch, assignment })
+        Ok(Self { params, transition, scratch, assignment, borders: None })
+    }
+
+    /// The same within an airspace.
+    pub(crate) fn within(self, airspace: Airspace) -> Self {
+        let borders =
+            (!airspace.is_empty()).then(|| Arc::new(Borders::new(airspace, self.params.uav, self.params.log.period_s)));
+        Self { borders, ..self }
     }
 
     /// Makes `next` the picture of a row's instant, so long after `previous`.
@@ -45,7 +56,8 @@ impl Fold {
             self.transition = self.params.track.transition(dt);
         }
         let (transition, assignment) = (&self.transition, self.assignment.as_deref());
-        let news = News { now: row.time, row, transition, assignment, is_carried_on };
+        let airspace = self.borders.as_deref().map(Borders::airspace);
+        let news = News { now: row.time, row, transition, assignment, airspace, is_carried_on };
         next.follow(previous, &news, &self.params, &mut self.scratch);
     }
 }

@@ -1,6 +1,8 @@
 //! How a UAV flies: the standoff distance, the vector field onto the orbit, heading and turn rate, spacing on the orbit.
 
 pub(crate) mod aim;
+pub mod airspace;
+pub(crate) mod borders;
 pub mod heading;
 pub mod moving_centre;
 pub mod orbit_motion;
@@ -9,3 +11,4 @@ pub mod separation;
 pub mod spacing;
 pub mod standoff_distance;
 pub mod vector_field;
+pub(crate) mod ways;

@@ -7,6 +7,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use crate::fold::Fold;
+use crate::guidance::airspace::Airspace;
 use crate::log::Log;
 use crate::message::Stamp;
 use crate::picture::Picture;
@@ -67,6 +68,10 @@ impl History {
         };
         history.begin(0);
         history
+    }
+
+    pub(crate) fn within(self, airspace: Airspace) -> Self {
+        Self { fold: self.fold.within(airspace), ..self }
     }
 
     /// Begins with nothing before an instant.

@@ -55,6 +55,7 @@ pub use estimation::track::{LossReason, Track, TrackId, TrackParams, TrackStatus
 pub use fleet::Fleet;
 pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
+pub use guidance::airspace::{Airspace, AirspaceError, Zone, ZoneKind};
 pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedReference, Steering};
 pub use guidance::orbit_motion::{MotionParams, OrbitMotion};
 pub use guidance::separation::{Avoidance, SeparationParams};

@@ -16,6 +16,7 @@ use crate::estimation::information_filter::Contribution;
 use crate::estimation::track::{Track, TrackId, TrackStatus};
 use crate::frame::Position;
 use crate::group_id::GroupId;
+use crate::guidance::airspace::Airspace;
 use crate::guidance::heading::OnOrbit;
 use crate::message::{Report, TargetLabel};
 use crate::row::{Row, TARGETS_MAX, TEAM_MAX};
@@ -68,6 +69,8 @@ pub(crate) struct News<'a> {
     pub(crate) transition: &'a Transition,
     /// Who assigns in the place of the product, if somebody does.
     pub(crate) assignment: Option<&'a dyn AssignmentLaw>,
+    /// Where UAVs may fly, where that is not everywhere.
+    pub(crate) airspace: Option<&'a Airspace>,
     /// Groups and duties stay as they were; only what is known of targets and UAVs goes on.
     pub(crate) is_carried_on: bool,
 }
@@ -213,7 +216,7 @@ impl Picture {
             self.assign_crew(previous, news, params);
         }
         self.tell_of_uavs(previous);
-        self.judge_groups(previous, params);
+        self.judge_groups(previous, params, news.airspace);
     }
 
     fn take_cues(&mut self, news: &News, params: &TeamParams) {
@@ -506,7 +509,7 @@ impl Picture {
     }
 
     /// How the groups' UAVs follow their orbits; tells of orbits that cannot be flown and of UAVs too close.
-    fn judge_groups(&mut self, previous: &Picture, params: &TeamParams) {
+    fn judge_groups(&mut self, previous: &Picture, params: &TeamParams, airspace: Option<&Airspace>) {
         let mut crew = self.crew.iter().peekable();
         for mate in &mut self.team {
             // A crew that is carried on may name who is gone.
@@ -519,7 +522,7 @@ impl Picture {
             let crew = self.team.iter().zip(&self.on_orbit).filter(|(mate, _)| mate.group == Some(id));
             let crew = crew.map(|(mate, on_orbit)| (mate.state.position, on_orbit));
             group.judge(crew, self.time - previous.time, params);
-            let kinds = group.alarm(&params.group);
+            let kinds = group.alarm(&params.group, airspace);
             self.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, id)));
         }
     }

@@ -7,6 +7,7 @@ use crate::coordination::search::SearchArea;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::aim::{middle, middle_of_most};
+use crate::guidance::borders::Borders;
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::separation::{Avoidance, Intent, Keeper, Other, SeparationParams};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
@@ -24,6 +25,8 @@ const NEAR_ORBIT: f64 = 0.25;
 pub(crate) struct Pilot<'a> {
     pub(crate) params: &'a TeamParams,
     pub(crate) picture: &'a Picture,
+    /// What keeps it within its airspace, where that is not everywhere.
+    pub(crate) borders: Option<&'a Borders>,
 }
 
 impl Pilot<'_> {
@@ -39,16 +42,31 @@ impl Pilot<'_> {
             Some(group) => self.fly_orbit(observation, group),
             None => (self.wait(id, own), 0.0, None),
         };
+        let around = self.borders.filter(|_| !own_state_invalid).and_then(|borders| {
+            let (orbit, largest_m) = match group {
+                Some(group) => (group.orbit(self.params), group.largest_m),
+                None => (self.waiting_orbit(id, own)?, f64::INFINITY),
+            };
+            borders.ways.around(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
+        });
+        let wanted = around.map_or(wanted, |detour| detour.command);
+        // What is flown around a zone is not what the orbit wants.
+        let intended = steering.as_ref().filter(|_| around.is_none());
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(wanted);
         let altitude_m = self.altitude_m(id, group);
         let kept = self.params.separation.as_ref().filter(|_| !own_state_invalid);
         let (command, altitude_m, avoids) = match kept {
-            Some(separation) => self.keep_apart(separation, observation, (command, steering.as_ref()), altitude_m),
+            Some(separation) => self.keep_apart(separation, observation, (command, intended), altitude_m),
             None => (command, altitude_m, None),
         };
+        // Last: nothing that is wanted of a UAV takes it where it may not be.
+        let borders = self.borders.filter(|_| !own_state_invalid);
+        let (command, kept) = borders.map_or((command, None), |borders| borders.keep(own, command));
+        let border = kept.or(around.map(|detour| detour.zone));
         // What is flown counts, whatever asked for it.
         let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
-        let turn_rate_limited = if avoids.is_some() { is_at_limit() } else { turn_rate_limited };
+        let is_changed = avoids.is_some() || border.is_some();
+        let turn_rate_limited = if is_changed { is_at_limit() } else { turn_rate_limited };
         Step {
             command,
             altitude_m,
@@ -70,6 +88,7 @@ impl Pilot<'_> {
                 refused,
                 own_state_invalid,
                 avoids,
+                border: border.map(|zone| zone as u32),
             },
         }
     }
@@ -169,28 +188,30 @@ impl Pilot<'_> {
 
     /// That of the group's orbit, or the UAV's own.
     fn altitude_m(&self, id: UavId, group: Option<&Group>) -> Option<f64> {
-        let altitude_m =
-            self.params.group.own_altitude_m(id, self.params.radio).or(group.map(|group| group.altitude_m))?;
-        Some(self.params.uav.climb.map_or(altitude_m, |climb| climb.limit_m(altitude_m)))
+        let altitude_m = self.params.own_altitude_m(id).or(group.map(|group| group.altitude_m))?;
+        Some(self.params.limit_altitude_m(altitude_m))
     }
 
     /// With nothing to watch: a circle about where it searches; else of the smallest orbit, about where something was last
     /// known to be, or where the UAV is.
     fn wait(&self, id: UavId, own: &UavState) -> Command {
-        let (speed_m_s, smallest_m) = (self.params.uav.speed_m_s, self.params.group.standoff.radius_min_m);
+        let speed_m_s = self.params.uav.speed_m_s;
+        let Some(orbit) = self.waiting_orbit(id, own) else { return self.params.smallest_circle() };
+        Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
+    }
+
+    fn waiting_orbit(&self, id: UavId, own: &UavState) -> Option<Orbit> {
+        let smallest_m = self.params.group.standoff.radius_min_m;
         let searched = self.search_area(id).map(|area| (area.about, area.radius_m));
         let last = || self.nearest_known(id, own).map(|last| (last.position, smallest_m));
-        let Some((centre, radius_m)) = searched.or_else(last) else {
-            return self.params.smallest_circle();
-        };
-        let orbit = Orbit {
+        let (centre, radius_m) = searched.or_else(last)?;
+        Some(Orbit {
             centre,
             centre_velocity: Velocity::ZERO,
             distance_m: radius_m,
             rate_m_s: 0.0,
             steered: Ramp { radius_m, rate_m_s: 0.0 },
-        };
-        Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
+        })
     }
 
     fn search_area(&self, id: UavId) -> Option<SearchArea> {

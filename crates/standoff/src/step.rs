@@ -100,6 +100,9 @@ pub struct Diagnostics {
     pub own_state_invalid: bool,
     /// Whom it keeps away from, by flying something else than what its orbit wants.
     pub avoids: Option<Avoidance>,
+    /// The zone that it keeps out of, or in, by flying something else than what it would fly without; by its place in the
+    /// airspace.
+    pub border: Option<u32>,
 }
 
 /// What was refused since the start, counted by why.
@@ -150,5 +153,6 @@ impl Diagnostics {
         refused: Refused::NONE,
         own_state_invalid: false,
         avoids: None,
+        border: None,
     };
 }

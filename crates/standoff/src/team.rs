@@ -12,7 +12,7 @@ use crate::param::{Allowed, ParamError, errors_of};
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
 use crate::time::Duration;
-use crate::uav::{Command, Integrator, UavParams};
+use crate::uav::{Command, Integrator, UavId, UavParams};
 
 pub use group_params::{
     Aim, Altitudes, CentreEstimate, Discard, GroupCount, GroupParams, Margin, Objective, OnMembershipChange, Search,
@@ -171,6 +171,28 @@ impl TeamParams {
     pub fn smallest_circle(&self) -> Command {
         let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.group.standoff.radius_min_m);
         Command { speed_m_s, turn_rate_rad_s: self.guidance.sense.sign() * speed_m_s / radius_m }
+    }
+
+    /// The altitude at which a UAV is that serves no group yet, m: the lowest, or its own; inside the limits.
+    pub fn first_altitude_m(&self, uav: UavId) -> f64 {
+        self.limit_altitude_m(self.own_altitude_m(uav).unwrap_or(self.group.altitude_lowest_m))
+    }
+
+    /// The altitude that a UAV has whatever it serves, m; `None`: that of its group.
+    pub(crate) fn own_altitude_m(&self, uav: UavId) -> Option<f64> {
+        let GroupParams { altitude_lowest_m, altitude_step_m, altitudes, .. } = self.group;
+        match (altitudes, self.radio) {
+            (Altitudes::ByGroup, Radio::Perfect) => None,
+            (Altitudes::ByGroup, Radio::Fallible) | (Altitudes::ByUav, _) => {
+                Some(altitude_lowest_m + f64::from(uav.0) * altitude_step_m)
+            }
+            (Altitudes::One, _) => Some(altitude_lowest_m),
+        }
+    }
+
+    /// An altitude that may be asked for, m.
+    pub(crate) fn limit_altitude_m(&self, altitude_m: f64) -> f64 {
+        self.uav.climb.map_or(altitude_m, |climb| climb.limit_m(altitude_m))
     }
 
     /// For how long a UAV that is silent counts as being there.

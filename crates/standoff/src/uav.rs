@@ -193,10 +193,11 @@ impl ClimbParams {
 
     /// The state after so long on the way to an altitude, m; without one it levels off.
     ///
-    /// The rate asked for is the way that is left over four lags: critically damped, so that no altitude is overshot.
+    /// The rate asked for is the way that is left over four lags, at which it is critically damped, and two steps, so that no
+    /// altitude is overshot.
     pub fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
         let wanted_m_s =
-            altitude_m.map_or(0.0, |to_m| (self.limit_m(to_m) - from.altitude_m) / (4.0 * self.lag_s + dt.s()));
+            altitude_m.map_or(0.0, |to_m| (self.limit_m(to_m) - from.altitude_m) / (4.0 * self.lag_s + 2.0 * dt.s()));
         let rate_m_s = wanted_m_s.clamp(-self.rate_max_m_s, self.rate_max_m_s);
         let decay = math::exp(-dt.s() / self.lag_s);
         let excess_m_s = from.climb_rate_m_s - rate_m_s;
@@ -411,6 +412,30 @@ fn clamp_flagged(wanted: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bo
 mod tests {
     use super::*;
     use crate::math::PI;
+
+    /// 50 m at 3 m/s: 20 s on, and never beyond, for a lag shorter and one longer than the period; then level.
+    #[test]
+    fn an_altitude_is_climbed_to_and_never_overshot() {
+        for (lag_s, from_m, to_m) in [(1.0, 300.0, 350.0), (0.1, 300.0, 350.0), (2.0, 350.0, 300.0)] {
+            let climb = ClimbParams { lag_s, ..ClimbParams::default() };
+            let mut at = Vertical { altitude_m: from_m, climb_rate_m_s: 0.0 };
+            for _ in 0..240 {
+                at = climb.step(&at, Some(to_m), Duration::from_s(0.5));
+                let (low_m, high_m) = (to_m.min(from_m), to_m.max(from_m));
+                assert!(low_m - 1e-3 <= at.altitude_m && at.altitude_m <= high_m + 1e-3, "{at:?}");
+                assert!(at.climb_rate_m_s.abs() <= 3.0);
+            }
+            assert!((at.altitude_m - to_m).abs() < 1e-3 && at.climb_rate_m_s.abs() < 1e-3, "{at:?}");
+        }
+        // Out of the limits it goes to the limit; with no altitude asked for it levels off.
+        let climb = ClimbParams { altitude_max_m: 320.0, ..ClimbParams::default() };
+        let mut at = Vertical { altitude_m: 300.0, climb_rate_m_s: 3.0 };
+        (0..240).for_each(|_| at = climb.step(&at, Some(400.0), Duration::from_s(0.5)));
+        assert!((at.altitude_m - 320.0).abs() < 1e-3, "{at:?}");
+        let mut at = Vertical { altitude_m: 300.0, climb_rate_m_s: 3.0 };
+        (0..240).for_each(|_| at = climb.step(&at, None, Duration::from_s(0.5)));
+        assert!((at.altitude_m - 303.0).abs() < 1e-6 && at.climb_rate_m_s.abs() < 1e-9, "{at:?}");
+    }
 
     fn table_1(integrator: Integrator) -> UavParams {
         UavParams {

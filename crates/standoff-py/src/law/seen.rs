@@ -159,7 +159,7 @@ impl Heard {
 }
 
 fn state(py: Python<'_>, state: &UavState) -> Py<PyArray1<f64>> {
-    let UavState { position, heading, speed_m_s, turn_rate_rad_s } = *state;
+    let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical: _ } = *state;
     one(py, vec![position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s])
 }
 
@@ -313,7 +313,7 @@ impl Picture {
             |group: Option<standoff::GroupId>| group.and_then(|group| kept.number(group)).map_or(-1, i64::from);
         let is_discarded = |known: &Known| matches!(known.membership, Membership::Discarded);
         let flying = kept.team.iter().flat_map(|mate| {
-            let UavState { position, heading, speed_m_s, turn_rate_rad_s } = mate.state;
+            let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical: _ } = mate.state;
             [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s]
         });
         Self {

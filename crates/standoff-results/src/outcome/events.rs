@@ -11,12 +11,14 @@ const SHOWN: usize = 12;
 /// Kinds of events that are counted one by one; there are some twenty.
 const KINDS: usize = 50;
 /// That a target is cued or first measured is routine, and that something is over tells little.
-const ROUTINE: [&str; 4] = ["cued", "acquired", "orbit-feasible", "uavs-apart"];
+const ROUTINE: [&str; 5] = ["cued", "acquired", "orbit-feasible", "orbit-clear", "uavs-apart"];
 /// What is bad for who watches, and what ends it.
-const BAD: [(&str, &[&str]); 5] = [
+const BAD: [(&str, &[&str]); 7] = [
     ("lost", &["reacquired"]),
     ("discarded", &["taken-back", "joined", "lost"]),
     ("orbit-infeasible", &["orbit-feasible", "group-dissolved"]),
+    ("orbit-cut", &["orbit-barred", "orbit-clear", "group-dissolved"]),
+    ("orbit-barred", &["orbit-cut", "orbit-clear", "group-dissolved"]),
     ("uavs-close", &["uavs-apart", "group-dissolved"]),
     ("uav-lost", &["uav-joined"]),
 ];

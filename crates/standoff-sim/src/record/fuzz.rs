@@ -38,6 +38,7 @@ fn write(dir: &Path) {
         climb_rate_m_s: None,
         avoids: None,
         foretold_m: None,
+        border: None,
     };
     let track = TrackRow {
         target: 0,

@@ -98,7 +98,7 @@ table! { "uavs", UavRow:
     speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
     centre_distance_m, phase_rad, steered_distance_m, desired_heading_rad, feedforward_rad_s,
     convergence_threshold_m2_s, centre_too_fast, altitude_m;
-    added flown_altitude_m, climb_rate_m_s, avoids, foretold_m
+    added flown_altitude_m, climb_rate_m_s, avoids, foretold_m, border
 }
 
 table! { "truth", TruthRow:
@@ -122,7 +122,7 @@ table! { "detections", DetectionRow:
 
 table! { "events", EventRow:
     kind, target, group, to_group, uavs, reason; added track, cause, into_group, members, together, dwell_s, needed_m,
-    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id
+    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id, clear_fraction, zone
 }
 
 table! { "agents", AgentRow:

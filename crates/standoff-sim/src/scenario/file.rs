@@ -170,6 +170,9 @@ tables! {
         guidance: Guidance;
         /// How far apart UAVs are kept; if absent: only by their phases on an orbit.
         separation: Option<Separation>;
+        /// Where UAVs may not fly, and where alone they may; if absent: everywhere.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        zones: Vec<Zone>;
         /// Random targets, drawn from the target model (5, 6).
         targets: Option<Targets>;
         /// Real targets, read from a traffic file.
@@ -468,6 +471,22 @@ tables! {
         vertical_m = 30.0;
     }
 
+    /// `[[zones]]`: a polygon that UAVs keep out of, or in: each in every keep-in, out of every keep-out.
+    table Zone texts {
+        /// What people call it.
+        #[serde(skip_serializing_if = "String::is_empty")]
+        name;
+        /// GeoJSON with its polygons, in the place of `points`; relative to the scenario file. A record has the points.
+        #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
+        file;
+    } words {
+        /// `keep-out` or `keep-in`.
+        kind: ZoneKind = KeepOut;
+    } lists {
+        /// The corners in order, each [east, north], m.
+        points;
+    }
+
     /// `[guidance]`: the law's gains.
     table Guidance numbers {
         /// k_l of active measure 1 (20); 1 switches it off.
@@ -684,6 +703,15 @@ words! {
         Half,
         /// As many as the targets need: one UAV is enough for a group.
         Needed,
+    }
+}
+words! {
+    /// Which side of its outline a zone leaves to the UAVs.
+    ZoneKind for standoff::ZoneKind {
+        /// The outside.
+        KeepOut,
+        /// The inside.
+        KeepIn,
     }
 }
 words! {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::{Duration, TargetParams, TargetState, TeamParams, UavId, UavState};
+use standoff::{Airspace, Duration, TargetParams, TargetState, TeamParams, UavId, UavState};
 
 use super::file::Minds;
 use super::file::resolved::ScenarioFile;
@@ -69,6 +69,8 @@ pub struct Settings {
     pub settle: Duration,
     /// What the UAVs agree on.
     pub team: TeamParams,
+    /// Where they may fly.
+    pub airspace: Airspace,
     /// Who keeps the team's picture.
     pub minds: Minds,
     /// The sensors' real noise.

@@ -18,7 +18,7 @@ use super::number::Number;
 use super::problems::Problems;
 use super::team::{Passed, team};
 use super::traffic::{check_span, length_warning};
-use super::{map, start};
+use super::{map, start, zones};
 use crate::draws::{Draws, Stream};
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
@@ -40,6 +40,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     };
     let uavs = start::states(&mut file.uavs, ring.as_ref(), &settings.team, &targets);
     let mut warnings = warnings(&settings.team, settings.period);
+    warnings.extend(zones::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
     let outages = file.uavs.outage.iter().map(|outage| Outage {
         uav: UavId(outage.uav as u32),
@@ -124,10 +125,11 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
         check_span(typed, file.period_s, traffic)?;
     }
     let (mut settings, passed) = settings(&file);
+    let mut problems = drawing.problems;
+    settings.airspace = zones::airspace(&file.zones, &mut problems);
     if typed.file.needs_minds() {
         settings.team.radio = standoff::Radio::Fallible;
     }
-    let mut problems = drawing.problems;
     if settings.minds == Minds::One && typed.file.needs_minds() {
         let what = "one mind for all hears everything at once: for a radio that does not, restarts, late starts or clocks \
                     give \"each\", or leave it out";
@@ -146,7 +148,8 @@ pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioErro
     let (file, mut drawing) = drawn(&typed.file, None, Draws::new(0));
     // Where UAVs started is of no account: a ring about targets far out reaches further than may be typed.
     drawing.problems.found.retain(|found| !found.key.contains(".at."));
-    let (settings, passed) = settings(&file);
+    let (mut settings, passed) = settings(&file);
+    settings.airspace = zones::airspace(&file.zones, &mut drawing.problems);
     check_settings(&file, settings.team.errors(), &passed, &mut drawing.problems);
     report(drawing.problems, typed, 0)?;
     Ok(settings)
@@ -191,6 +194,7 @@ fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
         period: Duration::from_s(file.period_s),
         settle: Duration::from_s(file.settle_s),
         team,
+        airspace: standoff::Airspace::default(),
         minds: file.team.minds,
         noise: Noise { range_sd_m: file.sensor.range_sd_m, bearing_sd_rad: file.sensor.bearing_sd_deg.to_radians() },
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },

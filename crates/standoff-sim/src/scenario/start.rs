@@ -24,9 +24,8 @@ pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, ta
         heading: Angle::from_deg(at.heading_deg),
         speed_m_s: at.speed_m_s,
         turn_rate_rad_s: 0.0,
-        vertical: team.uav.climb.map(|climb| {
-            let altitude_m =
-                at.altitude_m.unwrap_or_else(|| climb.limit_m(team.group.first_altitude_m(id, team.radio)));
+        vertical: team.uav.climb.map(|_| {
+            let altitude_m = at.altitude_m.unwrap_or_else(|| team.first_altitude_m(id));
             Vertical { altitude_m, climb_rate_m_s: 0.0 }
         }),
     });

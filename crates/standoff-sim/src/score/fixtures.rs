@@ -29,6 +29,7 @@ pub(super) fn uav_row(uav: u32) -> UavRow {
         climb_rate_m_s: None,
         avoids: None,
         foretold_m: None,
+        border: None,
     }
 }
 

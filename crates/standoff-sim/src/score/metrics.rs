@@ -201,6 +201,10 @@ metrics! {
         separation_violations: u64, "times that two UAVs came too near", LARGE, 0.1, NOTHING;
         /// Time that UAVs spent keeping away from one another, all together, s.
         separation_time_s: f64, "time spent keeping away from other UAVs", LARGE, 5.0, NOTHING;
+        /// Times that a UAV came where a zone does not let it; where there are zones.
+        zone_violations: u64, "times a UAV entered a keep-out, or left a keep-in", LARGE, 0.1, NOTHING;
+        /// Share of UAV-time in which zones changed what was flown, 0 to 1; where there are zones.
+        zone_detour_fraction: f64, "time on ways around zones", LARGE, 0.01, NOTHING;
         /// Completed handoffs.
         handoffs: u64, "handoffs", NEITHER, 0.1, EVENTS;
         /// Targets removed from a group because no orbit could hold them.

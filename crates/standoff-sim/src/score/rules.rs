@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use standoff::{
-    CentreEstimate, MotionParams, OrbitMotion, SensorParams, SeparationParams, Spread, StandoffDistance,
+    Airspace, CentreEstimate, MotionParams, OrbitMotion, SensorParams, SeparationParams, Spread, StandoffDistance,
     StandoffParams, TargetParams, TargetState, Velocity,
 };
 
@@ -43,6 +43,8 @@ pub struct Rules {
     pub period_s: f64,
     /// From when on the settled metrics count, s.
     pub settle_s: f64,
+    /// Where UAVs may fly.
+    pub airspace: Airspace,
     /// When the last of those faults of the radio, and restarts, is over that are so within the mission, s.
     pub faults_end_s: Option<f64>,
 }
@@ -65,6 +67,7 @@ impl Rules {
             separation_rad: settings.team.guidance.separation_rad,
             period_s: settings.period.s(),
             settle_s: settings.settle.s(),
+            airspace: settings.airspace.clone(),
             faults_end_s: settings.faults_end_s,
         }
     }

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use standoff::SeparationParams;
 
-use super::take_least;
 use crate::frame::{Frame, UavRow};
 use crate::geometry::at;
 
@@ -55,6 +54,11 @@ fn shares_altitude(minima: &SeparationParams, uav: &UavRow, other: &UavRow) -> b
         (None, Some((one_m, other_m))) => one_m == other_m,
         (None, None) => true,
     }
+}
+
+/// Keeps the smaller one.
+pub(super) fn take_least(least: &mut Option<f64>, value: f64) {
+    *least = Some(least.map_or(value, |least| least.min(value)));
 }
 
 #[cfg(test)]

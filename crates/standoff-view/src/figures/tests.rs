@@ -97,6 +97,7 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
             climb_rate_m_s: None,
             avoids: None,
             foretold_m: None,
+            border: None,
         });
     }
     frame.groups.push(GroupRow {

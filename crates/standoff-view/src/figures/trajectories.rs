@@ -10,6 +10,7 @@ use crate::colours::GROUPS;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use standoff::math::{TAU, cos, hypot, sin};
+use standoff::{Zone, ZoneKind};
 use std::collections::BTreeSet;
 use std::iter::once;
 
@@ -22,9 +23,11 @@ const CROSSINGS: f64 = 50.0;
 /// Most entries of the legend: this is the first figure that a newcomer sees.
 const MOST_ENTRIES: usize = 8;
 /// What the legend says, what needs it most first.
-const ENTRIES: [&str; 12] = [
+const ENTRIES: [&str; 14] = [
     UAV,
     TARGETS,
+    KEEP_OUT,
+    KEEP_IN,
     BAND,
     "handoff completed",
     "target discarded",
@@ -38,6 +41,8 @@ const ENTRIES: [&str; 12] = [
 ];
 const UAV: &str = "UAV, view at the end";
 const TARGETS: &str = "targets, as their group";
+const KEEP_OUT: &str = "zone to keep out of";
+const KEEP_IN: &str = "zone to keep in";
 const BAND: &str = "band: group it serves";
 const DWELL: &str = "in dwell to that group";
 const ORBIT: &str = "last orbit of a group";
@@ -45,6 +50,8 @@ const UNGROUPED: &str = "targets in no group";
 const TRUTH: &str = "true paths of targets";
 const EARLIER: &str = "earlier paths of UAVs";
 const START: &str = "UAV at the start";
+/// Outlines of zones.
+const ZONE: RGBColor = RGBColor(196, 38, 29);
 /// What belongs to no group.
 const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
@@ -67,6 +74,7 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     if lines.iter().all(|line| line.runs.is_empty()) {
         return Ok(None);
     }
+    lines.splice(..0, zones(setup));
     let mut symbols: Vec<(Symbol, Vec<Point>, Option<String>)> = Vec::new();
     let marks = run.marks.iter().filter(|mark| matches!(mark.0, Mark::Completed | Mark::Discarded | Mark::Lost));
     let places = |curve: &Curve| curve.runs(MOST_MARKS).concat();
@@ -161,6 +169,23 @@ fn recent(run: &Run) -> usize {
     let across = (east.end - east.start).max(north.end - north.start);
     let most = CROSSINGS * across / paths.iter().map(length).sum::<f64>();
     (run.frames as f64 * (1.0 - most.min(1.0))) as usize
+}
+
+/// Outlines of zones: keep-outs unbroken, keep-ins broken.
+fn zones(setup: &Setup) -> Vec<Line> {
+    let line = |zone: &Zone| {
+        let corners = zone.outline.iter().chain(zone.outline.first());
+        let corners: Vec<Point> = corners.map(|at| (at.x_m(), at.y_m())).collect();
+        let dashed = zone.kind == ZoneKind::KeepIn;
+        let label = if dashed { KEEP_IN } else { KEEP_OUT };
+        Line { dashed, label: Some(label.to_owned()), ..Line::new(vec![corners], ink(ZONE, 1.25)) }
+    };
+    let mut lines: Vec<Line> = setup.rules.airspace.zones().map(line).collect();
+    let mut named = BTreeSet::new();
+    for line in &mut lines {
+        line.label = line.label.take().filter(|label| named.insert(label.clone()));
+    }
+    lines
 }
 
 /// What lies below the UAVs' paths, from bottom to top; the first of a kind is in the legend.

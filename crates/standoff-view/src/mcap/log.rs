@@ -6,7 +6,8 @@ use standoff_sim::record::EventRow;
 use super::pose::timestamp;
 
 /// Events after which a target is not watched, or a UAV or an orbit not to be counted on.
-const WARNINGS: [&str; 6] = ["lost", "discarded", "left-out", "uav-lost", "orbit-infeasible", "uavs-close"];
+const WARNINGS: [&str; 7] =
+    ["lost", "discarded", "left-out", "uav-lost", "orbit-infeasible", "orbit-barred", "uavs-close"];
 
 /// An event: its kind as the entry's name, whom it concerns and the reason as its text.
 pub(super) fn entry(time_us: i64, event: &EventRow, target_names: &[String]) -> Log {

@@ -1,6 +1,7 @@
 //! What a replay says before anything moves.
 
 use serde::{Serialize, Serializer};
+use standoff::Zone;
 use standoff_sim::record::Manifest;
 use standoff_sim::traffic::Origin;
 
@@ -31,6 +32,9 @@ pub struct Head {
     /// What lies under the vehicles, packed by `standoff-map`; the page asks for it where the head says that it is there.
     #[serde(serialize_with = "is_there")]
     pub map: Option<Bytes>,
+    /// Zones that UAVs keep out of, and in.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<Outline>,
     /// Names of the targets by id. They come from files of strangers: the page shows them as text.
     pub targets: Vec<String>,
     /// What the run came to; empty while it flies.
@@ -48,6 +52,24 @@ pub struct Head {
     /// The same of events that only other minds tell of.
     #[serde(skip_serializing_if = "is_none")]
     pub other_events_left_out: u64,
+}
+
+/// A zone to be drawn.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outline {
+    /// What people call it; from files of strangers, too: the page shows it as text.
+    pub name: String,
+    /// `keep-out` or `keep-in`.
+    pub kind: &'static str,
+    /// Its corners, east and north, m.
+    pub corners_m: Vec<[f64; 2]>,
+}
+
+impl Outline {
+    fn of(zone: &Zone) -> Self {
+        let corners_m = zone.outline.iter().map(|at| [at.x_m(), at.y_m()]).collect();
+        Self { name: zone.name.clone(), kind: zone.kind.name(), corners_m }
+    }
 }
 
 fn is_none(events: &u64) -> bool {
@@ -85,6 +107,7 @@ impl Head {
             duration_s: manifest.duration_s,
             period_s: manifest.period_s,
             origin: manifest.origin,
+            zones: limits.rules.airspace.zones().map(Outline::of).collect(),
             limits,
             map: None,
             targets,

@@ -2,6 +2,7 @@
 
 use crate::estimation::track::{LossReason, TrackId};
 use crate::group_id::GroupId;
+use crate::guidance::airspace::ZoneKind;
 use crate::uav::UavId;
 
 /// Something that changed in a picture.
@@ -110,6 +111,24 @@ pub enum EventKind {
     },
     /// Some orbit satisfies every constraint again.
     OrbitFeasible,
+    /// A zone cuts the orbit of a group: it is flown in part.
+    OrbitCut {
+        /// Share of the circle of r_d about the centre where UAVs may be, 0 to 1.
+        clear_fraction: f64,
+        /// Which zone, by its place in the airspace; of several one.
+        zone: u32,
+        /// Of which kind that is.
+        by: ZoneKind,
+    },
+    /// Nothing, or next to nothing, of the orbit of a group is where UAVs may be: they fly a wider one, or as near as they can.
+    OrbitBarred {
+        /// Which zone, by its place in the airspace; of several one.
+        zone: u32,
+        /// Of which kind that is.
+        by: ZoneKind,
+    },
+    /// No zone cuts the orbit any more.
+    OrbitClear,
     /// Two UAVs of a group came closer than wanted.
     UavsClose {
         /// Their distance, m.
@@ -253,6 +272,9 @@ impl EventKind {
             Self::UavJoined => "uav-joined",
             Self::OrbitInfeasible { .. } => "orbit-infeasible",
             Self::OrbitFeasible => "orbit-feasible",
+            Self::OrbitCut { .. } => "orbit-cut",
+            Self::OrbitBarred { .. } => "orbit-barred",
+            Self::OrbitClear => "orbit-clear",
             Self::UavsClose { .. } => "uavs-close",
             Self::UavsApart => "uavs-apart",
         }
@@ -301,6 +323,7 @@ impl EventKind {
             Self::SearchEnded(SearchEnd::Needed) => "needed",
             Self::OrbitInfeasible { smallest_m, .. } if smallest_m.is_finite() => "too-wide",
             Self::OrbitInfeasible { .. } => "too-fast",
+            Self::OrbitCut { by, .. } | Self::OrbitBarred { by, .. } => by.name(),
             _ => return None,
         })
     }

@@ -2,18 +2,21 @@
 
 use nalgebra::{Matrix2, Vector6};
 
+use crate::angle::Angle;
 use crate::coordination::event::EventKind;
 use crate::coordination::memberships::Known;
 use crate::coordination::spread::{furthest_from, margin_m, spread_in};
 use crate::coordination::wanted_centre::{WantedCentre, circle_in};
 use crate::estimation::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::estimation::track::TrackId;
-use crate::frame::Position;
+use crate::frame::{Displacement, Position};
 use crate::group_id::GroupId;
+use crate::guidance::airspace::{Airspace, ZoneKind};
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::spacing::speed_floor_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
+use crate::math::TAU;
 use crate::target::Transition;
 use crate::team::{CentreEstimate, GroupParams, Margin, OnMembershipChange, TeamParams};
 use crate::time::Duration;
@@ -73,9 +76,41 @@ struct Since {
 
 /// What was reported of a group as a whole, and not taken back yet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(into = "(u8, bool)", try_from = "(u8, bool)")]
 pub(crate) struct Alarms {
     pub(crate) infeasible: bool,
     pub(crate) close: bool,
+    pub(crate) cut: Cut,
+}
+
+/// What zones leave of an orbit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Cut {
+    #[default]
+    Clear,
+    InPart,
+    Barred,
+}
+
+/// Without zones the same bytes as before there were any.
+impl From<Alarms> for (u8, bool) {
+    fn from(alarms: Alarms) -> Self {
+        (u8::from(alarms.infeasible) + 2 * alarms.cut as u8, alarms.close)
+    }
+}
+
+impl TryFrom<(u8, bool)> for Alarms {
+    type Error = &'static str;
+
+    fn try_from((bits, close): (u8, bool)) -> Result<Self, Self::Error> {
+        let cut = match bits / 2 {
+            0 => Cut::Clear,
+            1 => Cut::InPart,
+            2 => Cut::Barred,
+            _ => return Err("no such alarm"),
+        };
+        Ok(Self { infeasible: bits % 2 == 1, close, cut })
+    }
 }
 
 impl Group {
@@ -285,13 +320,15 @@ impl Group {
     }
 
     /// What is to be reported of the group as a whole. What was reported is taken back with some room to spare.
-    pub(crate) fn alarm(&mut self, params: &GroupParams) -> [Option<EventKind>; 2] {
+    pub(crate) fn alarm(&mut self, params: &GroupParams, airspace: Option<&Airspace>) -> [Option<EventKind>; 3] {
         let (smallest_m, largest_m) = (self.smallest_m, self.largest_m);
         let infeasible = !self.is_feasible() || (self.alarms.infeasible && smallest_m > 0.95 * largest_m);
         let closest_m = self.separation_m.unwrap_or(f64::INFINITY);
         let room = if self.alarms.close { 1.2 } else { 1.0 };
         let close = closest_m < room * params.separation_alarm_m;
-        let was = core::mem::replace(&mut self.alarms, Alarms { infeasible, close });
+        let left = airspace.map(|airspace| self.left_of_orbit(airspace));
+        let cut = left.map_or(Cut::Clear, |(clear_fraction, _)| self.alarms.cut.at(clear_fraction));
+        let was = core::mem::replace(&mut self.alarms, Alarms { infeasible, close, cut });
         [
             (infeasible != was.infeasible).then_some(match infeasible {
                 true => EventKind::OrbitInfeasible { smallest_m, largest_m },
@@ -301,7 +338,32 @@ impl Group {
                 true => EventKind::UavsClose { distance_m: closest_m },
                 false => EventKind::UavsApart,
             }),
+            left.filter(|_| cut != was.cut).map(|(clear_fraction, zone)| match (cut, zone) {
+                (Cut::InPart, Some((zone, by))) => EventKind::OrbitCut { clear_fraction, zone, by },
+                (Cut::Barred, Some((zone, by))) => EventKind::OrbitBarred { zone, by },
+                _ => EventKind::OrbitClear,
+            }),
         ]
+    }
+
+    /// Which share of the circle of r_d about the centre is where UAVs may be, and a zone that takes some of it.
+    fn left_of_orbit(&self, airspace: &Airspace) -> (f64, Option<(u32, ZoneKind)>) {
+        let (centre, radius_m) = (self.centre.estimate().state.position(), self.standoff.distance_m);
+        let place = |nth: u32| {
+            let direction = Angle::from_rad(TAU * f64::from(nth) / f64::from(PLACES));
+            centre + Displacement::from_polar(radius_m, direction)
+        };
+        // Far from all outlines one place tells of all.
+        let looked_at = if airspace.has_side_near(centre, radius_m * 1.01) { PLACES } else { 1 };
+        let (mut clear, mut first) = (0, None);
+        for nth in 0..looked_at {
+            match airspace.forbidding(place(nth)).next() {
+                None => clear += 1,
+                Some(zone) => first = first.or(Some(zone)),
+            }
+        }
+        let kind = |zone: usize| airspace.zones().nth(zone).map(|of| (zone as u32, of.kind));
+        (f64::from(clear) / f64::from(looked_at), first.and_then(kind))
     }
 
     /// Some orbit satisfies every constraint: turn rate, field of view, radius bounds, sensing range.
@@ -319,6 +381,27 @@ impl Group {
             }
         };
         Orbit::about(&self.centre.estimate().state, &self.standoff, steered)
+    }
+}
+
+/// So many places of an orbit are looked at.
+const PLACES: u32 = 72;
+
+impl Cut {
+    /// What zones leave of an orbit now: what was told is taken back with some room to spare.
+    fn at(self, clear_fraction: f64) -> Self {
+        let (barred, cut) = match self {
+            Self::Clear => (0.05, 0.95),
+            Self::InPart => (0.05, 0.99),
+            Self::Barred => (0.15, 0.99),
+        };
+        if clear_fraction < barred {
+            Self::Barred
+        } else if clear_fraction < cut {
+            Self::InPart
+        } else {
+            Self::Clear
+        }
     }
 }
 

@@ -3,8 +3,6 @@
 use crate::guidance::orbit_motion::MotionParams;
 use crate::guidance::standoff_distance::StandoffParams;
 use crate::param::{Allowed, ParamError, errors_of};
-use crate::team::Radio;
-use crate::uav::UavId;
 
 /// What the assignment maximises.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -206,22 +204,6 @@ impl GroupParams {
         altitude.check("altitude_step_m", self.altitude_step_m, &mut errors);
         Allowed::at_least(0.0).at_most(1e4).check("separation_alarm_m", self.separation_alarm_m, &mut errors);
         errors
-    }
-
-    /// The altitude at which a UAV is that serves no group yet, m: the lowest, or its own.
-    pub fn first_altitude_m(&self, uav: UavId, radio: Radio) -> f64 {
-        self.own_altitude_m(uav, radio).unwrap_or(self.altitude_lowest_m)
-    }
-
-    /// The altitude that a UAV has whatever it serves, m; `None`: that of its group.
-    pub(crate) fn own_altitude_m(&self, uav: UavId, radio: Radio) -> Option<f64> {
-        match (self.altitudes, radio) {
-            (Altitudes::ByGroup, Radio::Perfect) => None,
-            (Altitudes::ByGroup, Radio::Fallible) | (Altitudes::ByUav, _) => {
-                Some(self.altitude_lowest_m + f64::from(uav.0) * self.altitude_step_m)
-            }
-            (Altitudes::One, _) => Some(self.altitude_lowest_m),
-        }
     }
 
     /// Largest distance from the centre, without any margin, of a target that a group with room to spare holds, m.

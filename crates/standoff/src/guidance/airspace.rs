@@ -1,0 +1,374 @@
+//! Where UAVs may fly: zones to keep out of and zones to keep in, and the geometry of their outlines.
+//!
+//! A UAV is to be outside *each* keep-out and inside *each* keep-in: two keep-ins leave what they have in common. A zone has
+//! no holes; a hole of a keep-in is a keep-out.
+
+use std::sync::Arc;
+
+use crate::frame::{Displacement, Position};
+
+/// Most zones that a team can have.
+pub const ZONES_MAX: usize = 100;
+
+/// Most corners that all zones have together: ways around are sought among them.
+pub const CORNERS_MAX: usize = 1_000;
+
+/// A corner further from the origin than this along an axis is none, m.
+const FARTHEST_M: f64 = 1e7;
+
+/// Corners nearer to each other than this are one, m.
+const SAME_M: f64 = 1e-6;
+
+/// Which side of its outline a zone leaves to the UAVs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZoneKind {
+    /// The outside.
+    KeepOut,
+    /// The inside.
+    KeepIn,
+}
+
+impl ZoneKind {
+    /// The kind's name in scenarios and records, kebab-case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KeepOut => "keep-out",
+            Self::KeepIn => "keep-in",
+        }
+    }
+}
+
+/// A polygon that UAVs keep out of, or in; convex or not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    /// What people call it; may be empty.
+    pub name: String,
+    /// Which side of the outline is free.
+    pub kind: ZoneKind,
+    /// Its corners in order, either way round; the last is joined to the first.
+    pub outline: Vec<Position>,
+}
+
+/// What is wrong with zones.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{message}")]
+pub struct AirspaceError {
+    /// Which zone, counted from 0; `None`: all of them together.
+    pub zone: Option<usize>,
+    /// Which of its corners, counted from 0.
+    pub corner: Option<usize>,
+    /// What is wrong, and what to do.
+    pub message: String,
+}
+
+/// The zones of a team, checked. Copies share them.
+///
+/// ```
+/// use standoff::{Airspace, Position, Zone, ZoneKind};
+///
+/// let outline = [(0.0, 0.0), (400.0, 0.0), (0.0, 400.0)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
+/// let zone = Zone { name: "airfield".into(), kind: ZoneKind::KeepOut, outline: outline.into() };
+/// let airspace = Airspace::new(vec![zone]).unwrap();
+/// assert!(!airspace.allows(Position::from_m(100.0, 100.0)));
+/// assert!(airspace.allows(Position::from_m(300.0, 300.0)));
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Airspace {
+    zones: Arc<[Bounded]>,
+}
+
+/// A zone, and the box around it.
+#[derive(Debug, Clone, PartialEq)]
+struct Bounded {
+    zone: Zone,
+    low: Position,
+    high: Position,
+}
+
+/// A side of a zone's outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Side {
+    /// Which zone's.
+    pub(crate) zone: usize,
+    pub(crate) from: Position,
+    pub(crate) to: Position,
+}
+
+impl Airspace {
+    /// Zones that all can be flown by: each a polygon of at least three corners that does not cross itself.
+    pub fn new(zones: Vec<Zone>) -> Result<Self, AirspaceError> {
+        let of_all = |message: String| AirspaceError { zone: None, corner: None, message };
+        if zones.len() > ZONES_MAX {
+            return Err(of_all(format!("there are {} zones: at most {ZONES_MAX} are allowed", zones.len())));
+        }
+        let corners: usize = zones.iter().map(|zone| zone.outline.len()).sum();
+        if corners > CORNERS_MAX {
+            let what = "simplify the outlines";
+            return Err(of_all(format!("the zones have {corners} corners: at most {CORNERS_MAX} are allowed; {what}")));
+        }
+        zones
+            .into_iter()
+            .enumerate()
+            .map(|(number, zone)| Bounded::new(number, zone))
+            .collect::<Result<_, _>>()
+            .map(|zones: Vec<Bounded>| Self { zones: zones.into() })
+    }
+
+    /// There is no zone.
+    pub fn is_empty(&self) -> bool {
+        self.zones.is_empty()
+    }
+
+    /// The zones, as they were given but for corners given twice.
+    pub fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
+        self.zones.iter().map(|bounded| &bounded.zone)
+    }
+
+    /// A UAV may be there: outside every keep-out, inside every keep-in. On an outline either may be the answer.
+    pub fn allows(&self, at: Position) -> bool {
+        self.forbidding(at).next().is_none()
+    }
+
+    /// The zones because of which a UAV may not be there, by ascending number.
+    pub fn forbidding(&self, at: Position) -> impl Iterator<Item = usize> {
+        self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.forbids(at)).map(|(number, _)| number)
+    }
+
+    /// Every side that is nearer to a place than so much.
+    pub(crate) fn sides_near(&self, at: Position, reach_m: f64) -> impl Iterator<Item = Side> {
+        let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(at, reach_m));
+        let sides = near.flat_map(|(number, bounded)| bounded.zone.sides(number));
+        sides.filter(move |side| squared_to_side_m2(at, side.from, side.to) < reach_m * reach_m)
+    }
+
+    /// Some side is nearer to a place than so much.
+    pub(crate) fn has_side_near(&self, at: Position, reach_m: f64) -> bool {
+        self.sides_near(at, reach_m).next().is_some()
+    }
+
+    /// Every side.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = Side> {
+        self.zones.iter().enumerate().flat_map(|(number, bounded)| bounded.zone.sides(number))
+    }
+}
+
+impl Zone {
+    fn sides(&self, zone: usize) -> impl Iterator<Item = Side> {
+        let next = self.outline.iter().cycle().skip(1);
+        self.outline.iter().zip(next).map(move |(from, to)| Side { zone, from: *from, to: *to })
+    }
+
+    /// The place is inside the outline: a ray to the east leaves it an odd number of times.
+    fn contains(&self, at: Position) -> bool {
+        let crossed = self.sides(0).filter(|side| {
+            let Side { from, to, .. } = side;
+            (from.y_m() > at.y_m()) != (to.y_m() > at.y_m()) && {
+                let share = (at.y_m() - from.y_m()) / (to.y_m() - from.y_m());
+                at.x_m() < from.x_m() + share * (to.x_m() - from.x_m())
+            }
+        });
+        crossed.count() % 2 == 1
+    }
+
+    /// Twice the area inside, m2; positive if the corners go anticlockwise.
+    pub(crate) fn twice_area_m2(&self) -> f64 {
+        let origin = self.outline.first().copied().unwrap_or_default();
+        self.sides(0).map(|side| cross(side.from - origin, side.to - origin)).sum()
+    }
+}
+
+impl Bounded {
+    fn new(number: usize, mut zone: Zone) -> Result<Self, AirspaceError> {
+        let called = if zone.name.is_empty() { String::new() } else { format!(" {:?}", zone.name) };
+        let wrong = |corner: Option<usize>, what: String| {
+            let at = corner.map_or(String::new(), |corner| format!(", corner {}", corner + 1));
+            let message = format!("zone {}{called}{at}: {what}", number + 1);
+            Err(AirspaceError { zone: Some(number), corner, message })
+        };
+        let is_place = |at: &Position| at.x_m().abs() <= FARTHEST_M && at.y_m().abs() <= FARTHEST_M;
+        if let Some(corner) = zone.outline.iter().position(|at| !is_place(at)) {
+            return wrong(Some(corner), "must be numbers, at most 10,000 km from the origin either way".to_owned());
+        }
+        // Rings of files end where they begin.
+        zone.outline.dedup_by(|a, b| a.distance_m(*b) <= SAME_M);
+        while zone.outline.len() > 1 && zone.outline[0].distance_m(zone.outline[zone.outline.len() - 1]) <= SAME_M {
+            zone.outline.pop();
+        }
+        let corners = zone.outline.len();
+        if corners < 3 {
+            return wrong(None, format!("has {corners} different corners; an outline needs at least three"));
+        }
+        let sides: Vec<Side> = zone.sides(number).collect();
+        for (first, one) in sides.iter().enumerate() {
+            for (second, other) in sides.iter().enumerate().skip(first + 1) {
+                let is_next = second == first + 1 || (first == 0 && second + 1 == corners);
+                let crosses = if is_next {
+                    // Neighbours share a corner; more than that is a way there and back.
+                    let (shared, a, b) = if one.to == other.from {
+                        (one.to, one.from, other.to)
+                    } else {
+                        (one.from, one.to, other.from)
+                    };
+                    squared_to_side_m2(a, shared, b) <= SAME_M * SAME_M
+                        || squared_to_side_m2(b, shared, a) <= SAME_M * SAME_M
+                } else {
+                    squared_between_m2((one.from, one.to), (other.from, other.to)) <= SAME_M * SAME_M
+                };
+                if crosses {
+                    let what = format!(
+                        "the side from here crosses or touches that from corner {}; an outline may not cross itself",
+                        second + 1
+                    );
+                    return wrong(Some(first), what);
+                }
+            }
+        }
+        let (mut low, mut high) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+        for at in &zone.outline {
+            low = (low.0.min(at.x_m()), low.1.min(at.y_m()));
+            high = (high.0.max(at.x_m()), high.1.max(at.y_m()));
+        }
+        Ok(Self { zone, low: Position::from_m(low.0, low.1), high: Position::from_m(high.0, high.1) })
+    }
+
+    fn is_near(&self, at: Position, reach_m: f64) -> bool {
+        at.x_m() > self.low.x_m() - reach_m
+            && at.x_m() < self.high.x_m() + reach_m
+            && at.y_m() > self.low.y_m() - reach_m
+            && at.y_m() < self.high.y_m() + reach_m
+    }
+
+    fn forbids(&self, at: Position) -> bool {
+        let contains = self.is_near(at, SAME_M) && self.zone.contains(at);
+        contains == (self.zone.kind == ZoneKind::KeepOut)
+    }
+}
+
+/// Cross product, m2: positive if the second is to the left of the first.
+pub(crate) fn cross(a: Displacement, b: Displacement) -> f64 {
+    a.x_m() * b.y_m() - a.y_m() * b.x_m()
+}
+
+fn dot(a: Displacement, b: Displacement) -> f64 {
+    a.x_m() * b.x_m() + a.y_m() * b.y_m()
+}
+
+/// Squared distance from a place to a side, m2.
+pub(crate) fn squared_to_side_m2(at: Position, from: Position, to: Position) -> f64 {
+    at.squared_distance_m2(nearest_on_side(at, from, to))
+}
+
+/// The place on a side that is nearest.
+pub(crate) fn nearest_on_side(at: Position, from: Position, to: Position) -> Position {
+    let along = to - from;
+    let squared_m2 = dot(along, along);
+    let share = if squared_m2 > 0.0 { (dot(at - from, along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
+    from + Displacement::from_m(share * along.x_m(), share * along.y_m())
+}
+
+/// Squared distance between two sides, m2; none where they cross.
+pub(crate) fn squared_between_m2(one: (Position, Position), other: (Position, Position)) -> f64 {
+    let side_of = |line: (Position, Position), at: Position| cross(line.1 - line.0, at - line.0);
+    let (a, b) = (side_of(other, one.0), side_of(other, one.1));
+    let (c, d) = (side_of(one, other.0), side_of(one, other.1));
+    if (a > 0.0) != (b > 0.0) && (c > 0.0) != (d > 0.0) {
+        return 0.0;
+    }
+    squared_to_side_m2(one.0, other.0, other.1)
+        .min(squared_to_side_m2(one.1, other.0, other.1))
+        .min(squared_to_side_m2(other.0, one.0, one.1))
+        .min(squared_to_side_m2(other.1, one.0, one.1))
+}
+
+/// How far along a ray a side is crossed, in lengths of the ray's direction; `None`: nowhere.
+pub(crate) fn crossed_at(from: Position, direction: Displacement, side: &Side) -> Option<f64> {
+    let along = side.to - side.from;
+    let apart = cross(direction, along);
+    let between = side.from - from;
+    let (ahead, share) = (cross(between, along) / apart, cross(between, direction) / apart);
+    (ahead >= 0.0 && (0.0..=1.0).contains(&share)).then_some(ahead)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outline(corners: &[(f64, f64)]) -> Vec<Position> {
+        corners.iter().map(|(x_m, y_m)| Position::from_m(*x_m, *y_m)).collect()
+    }
+
+    fn zone(kind: ZoneKind, corners: &[(f64, f64)]) -> Zone {
+        Zone { name: String::new(), kind, outline: outline(corners) }
+    }
+
+    const L: [(f64, f64); 6] = [(0.0, 0.0), (300.0, 0.0), (300.0, 100.0), (100.0, 100.0), (100.0, 300.0), (0.0, 300.0)];
+
+    #[test]
+    fn a_keep_out_forbids_its_inside_and_a_keep_in_its_outside() {
+        let places = [((50.0, 200.0), true), ((200.0, 200.0), false), ((200.0, 50.0), true), ((-1.0, 50.0), false)];
+        for ((x_m, y_m), is_inside) in places {
+            for kind in [ZoneKind::KeepOut, ZoneKind::KeepIn] {
+                let airspace = Airspace::new(vec![zone(kind, &L)]).unwrap();
+                assert_eq!(airspace.allows(Position::from_m(x_m, y_m)), is_inside == (kind == ZoneKind::KeepIn));
+            }
+        }
+        // Of two keep-ins the common part is left.
+        let square = |x_m: f64| [(x_m, 0.0), (x_m + 100.0, 0.0), (x_m + 100.0, 100.0), (x_m, 100.0)];
+        let both = [0.0, 50.0].map(|x_m| zone(ZoneKind::KeepIn, &square(x_m)));
+        let airspace = Airspace::new(both.into()).unwrap();
+        let at = |x_m| Position::from_m(x_m, 50.0);
+        assert_eq!(airspace.forbidding(at(25.0)).collect::<Vec<_>>(), [1]);
+        assert!(airspace.allows(at(75.0)));
+        assert_eq!(airspace.forbidding(at(125.0)).collect::<Vec<_>>(), [0]);
+    }
+
+    #[test]
+    fn what_is_no_polygon_is_refused_with_its_corner() {
+        let told = |corners: &[(f64, f64)]| {
+            let error = Airspace::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepOut, corners)]).unwrap_err();
+            assert_eq!(error.zone, Some(1));
+            error.to_string()
+        };
+        assert_eq!(
+            told(&[(0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)]),
+            "zone 2, corner 1: the side from here crosses or touches that from corner 3; an outline may not cross itself"
+        );
+        // There and back.
+        assert!(told(&[(0.0, 0.0), (100.0, 0.0), (50.0, 0.0), (50.0, 50.0)]).contains("cross itself"));
+        assert_eq!(
+            told(&[(0.0, 0.0), (1.0, 1.0), (0.0, 0.0)]),
+            "zone 2: has 2 different corners; an outline needs at least three"
+        );
+        assert!(told(&[(0.0, 0.0), (f64::NAN, 1.0), (0.0, 5.0)]).starts_with("zone 2, corner 2: must be numbers"));
+        assert!(told(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 2, corner 2: must be numbers"));
+    }
+
+    #[test]
+    fn there_are_bounds_on_zones_and_corners() {
+        let many = |zones: usize| Airspace::new(vec![zone(ZoneKind::KeepOut, &L); zones]).map(|_| ());
+        assert_eq!(many(ZONES_MAX), Ok(()));
+        assert_eq!(many(ZONES_MAX + 1).unwrap_err().to_string(), "there are 101 zones: at most 100 are allowed");
+        let ring = |corners: usize| {
+            let corner = |n: usize| {
+                let (sin, cos) = crate::math::sin_cos(n as f64 / corners as f64 * crate::math::TAU);
+                (1000.0 * cos, 1000.0 * sin)
+            };
+            Airspace::new(vec![zone(ZoneKind::KeepIn, &(0..corners).map(corner).collect::<Vec<_>>())]).map(|_| ())
+        };
+        assert_eq!(ring(CORNERS_MAX), Ok(()));
+        assert!(ring(CORNERS_MAX + 1).unwrap_err().to_string().starts_with("the zones have 1001 corners"));
+    }
+
+    #[test]
+    fn sides_that_cross_have_no_distance() {
+        let at = |x_m, y_m| Position::from_m(x_m, y_m);
+        let one = (at(0.0, 0.0), at(10.0, 0.0));
+        assert_eq!(squared_between_m2(one, (at(5.0, -1.0), at(5.0, 1.0))), 0.0);
+        assert_eq!(squared_between_m2(one, (at(5.0, 2.0), at(5.0, 9.0))), 4.0);
+        assert_eq!(squared_between_m2(one, (at(13.0, 4.0), at(20.0, 4.0))), 25.0);
+        let side = Side { zone: 0, from: at(5.0, -1.0), to: at(5.0, 1.0) };
+        assert_eq!(crossed_at(at(0.0, 0.0), Displacement::from_m(2.0, 0.0), &side), Some(2.5));
+        assert_eq!(crossed_at(at(0.0, 0.0), Displacement::from_m(-2.0, 0.0), &side), None);
+        assert_eq!(crossed_at(at(0.0, 3.0), Displacement::from_m(2.0, 0.0), &side), None);
+    }
+}
