@@ -814,7 +814,7 @@ def check_metrics(record, compare):
     for time in record.times:
         track_samples(record, time, samples)
         orbit_samples(record, time, orbits, samples, compare)
-        separation_samples(record.uavs[time].values(), samples)
+        separation_samples(record.uavs[time].values(), minima(record)["vertical_m"], samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
             hidden.append(view_samples(record, time, samples))
@@ -840,7 +840,7 @@ def check_metrics(record, compare):
         longest = max([longest, *streak.values()])
     metrics["out_of_view_longest_s"] = longest * record.period
     metrics |= bound_metrics(record) | innovation_metrics(record) | surprise_metrics(record)
-    metrics |= calm_metrics(record) | custody_metrics(record)
+    metrics |= calm_metrics(record) | custody_metrics(record) | separation_metrics(record)
     for name in sorted(record.metrics):
         compare(f"metric {name}", record.metrics[name], metrics.get(name))
 
@@ -861,6 +861,37 @@ def calm_metrics(record):
         "turn_reversals_per_min": sum(map(changes, turns)) / minutes if flown else None,
         "reassignments_per_uav_min": sum(map(changes, groups)) / in_group if in_group else None,
     }
+
+
+def minima(record):
+    """How far apart UAVs are to be, whether they keep to it or not."""
+    return record.scenario.get("separation") or {"minimum_m": 50.0, "vertical_m": 30.0}
+
+
+def height_apart(one, other):
+    """In height: by the altitudes flown, or else by those asked for, of which only equal ones are near."""
+    flown = one.flown_altitude_m, other.flown_altitude_m
+    if None not in flown:
+        return abs(flown[0] - flown[1])
+    asked = one.altitude_m, other.altitude_m
+    return 0.0 if None in asked or asked[0] == asked[1] else np.inf
+
+
+def separation_metrics(record):
+    """How often two are nearer than both minima that were not an instant ago; and for how long any kept away."""
+    least = minima(record)
+    near, times, avoiding, pairs = set(), 0, 0, False
+    for time in record.times:
+        uavs = list(record.uavs[time].values())
+        avoiding += sum(row.avoids is not None for row in uavs)
+        now = set()
+        for one, other in combinations(uavs, 2):
+            pairs = True
+            apart = np.hypot(*(one.position - other.position))
+            if apart < least["minimum_m"] and height_apart(one, other) < least["vertical_m"]:
+                now.add((one.uav, other.uav))
+        times, near = times + len(now - near), now
+    return {"separation_violations": times, "separation_time_s": avoiding * record.period} if pairs else {}
 
 
 def custody_metrics(record):
@@ -1018,12 +1049,12 @@ def orbit_samples(record, time, orbits, samples, compare):
             samples["phase_error_deg"].append(np.mean([abs(gap - wanted) for gap in gaps]))
 
 
-def separation_samples(uavs, samples):
+def separation_samples(uavs, vertical_m, samples):
     """Of any two, and of any two that may be at one altitude."""
     for one, other in combinations(uavs, 2):
         apart = np.hypot(*(one.position - other.position))
         samples["separation_min_m"].append(apart)
-        if None in (one.altitude_m, other.altitude_m) or one.altitude_m == other.altitude_m:
+        if height_apart(one, other) < vertical_m:
             samples["separation_min_layer_m"].append(apart)
 
 
