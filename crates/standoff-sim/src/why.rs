@@ -105,7 +105,8 @@ fn told(event: &EventRow) -> Option<String> {
             return Some(format!("two UAVs at its altitude are {:.0} m apart", event.distance_m?));
         }
         ("avoidance", _) => {
-            return Some(format!("the first would have come within {:.0} m of the second", event.distance_m?));
+            let &[uav, other] = &event.uavs[..] else { return None };
+            return Some(format!("UAV {uav} would have come within {:.0} m of UAV {other}", event.distance_m?));
         }
         ("uavs-apart", _) => "no two UAVs at its altitude are too close any more",
         _ => return None,
