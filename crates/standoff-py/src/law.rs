@@ -148,13 +148,7 @@ struct Seen {
 
 impl Default for Seen {
     fn default() -> Self {
-        let own = UavState {
-            position: Position::ORIGIN,
-            heading: standoff::Angle::ZERO,
-            speed_m_s: 0.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let own = UavState::straight(Position::ORIGIN, standoff::Angle::ZERO, 0.0);
         Self { own, report: None, heard: Vec::new(), cues: Vec::new(), observation: None }
     }
 }

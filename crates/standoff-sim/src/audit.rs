@@ -160,13 +160,7 @@ impl Audit {
     }
 
     fn fold(&mut self, by: UavId, instant: i64) {
-        let nowhere = UavState {
-            position: Position::ORIGIN,
-            heading: Angle::ZERO,
-            speed_m_s: 0.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let nowhere = UavState::straight(Position::ORIGIN, Angle::ZERO, 0.0);
         // Without a scan it says nothing.
         let observation = self.fleet.observe(self.time(instant), by, &nowhere, None);
         if let Some(Row { reports, cues }) = self.said.get(&instant) {
@@ -239,8 +233,7 @@ mod tests {
             let observed = [0, 1].map(|place| {
                 let (x_m, bearing) = [(400.0, 180.0), (-400.0, 0.0)][place];
                 let position = Position::ORIGIN + Displacement::from_m(x_m, 0.0);
-                let own =
-                    UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
+                let own = UavState::straight(position, Angle::ZERO, 40.0);
                 let measurement = RangeBearing { range_m: 400.0, bearing: Angle::from_deg(bearing) };
                 let seen = [Detection { label: TargetLabel(0), measurement }];
                 let scan = Scan { boresight: Some(measurement.bearing), detections: &seen };

@@ -89,13 +89,8 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
     }
 }
 
-/// The product as a brain; all parameters that are out of range are reported at once.
-pub fn of_team(minds: Minds, team: TeamParams, uavs: usize) -> Result<Box<dyn Brain + Send>, Vec<ParamError>> {
-    of_team_within(minds, team, Airspace::default(), uavs)
-}
-
-/// The same with zones that the UAVs keep out of, and in.
-pub fn of_team_within(
+/// The product as a brain, within an airspace; all parameters that are out of range are reported at once.
+pub fn of_team(
     minds: Minds,
     team: TeamParams,
     airspace: Airspace,

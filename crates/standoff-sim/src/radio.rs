@@ -340,13 +340,7 @@ mod tests {
     use super::*;
 
     fn said(number: u32) -> Said {
-        let state = standoff::UavState {
-            position: Position::ORIGIN,
-            heading: standoff::Angle::ZERO,
-            speed_m_s: 40.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let state = standoff::UavState::straight(Position::ORIGIN, standoff::Angle::ZERO, 40.0);
         let message = Message::Report(standoff::Report::of(UavId(0), Time::START, state));
         Said { key: Key { speaker: UavId(0), tick: 0, number }, message: Arc::new(message) }
     }

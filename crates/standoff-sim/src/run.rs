@@ -114,7 +114,7 @@ impl Mission {
         let (Settings { minds, team, airspace, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
         let brain: Box<dyn Brain + Send> = match minds {
             Minds::Each if choice.wants_audit() => Box::new(brain::audited(*team, airspace.clone(), uavs)?),
-            _ => brain::of_team_within(*minds, *team, airspace.clone(), uavs)?,
+            _ => brain::of_team(*minds, *team, airspace.clone(), uavs)?,
         };
         Ok(Self { is_foreign: false, ..Self::with_brain(scenario, brain)? })
     }

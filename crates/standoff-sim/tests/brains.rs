@@ -124,7 +124,13 @@ fn scored(scenario: &Scenario, brain: Box<dyn Brain>) -> Metrics {
 }
 
 fn product(scenario: &Scenario) -> Box<dyn Brain> {
-    standoff_sim::brain::of_team(Minds::One, scenario.settings.team, scenario.uavs.len()).unwrap()
+    standoff_sim::brain::of_team(
+        Minds::One,
+        scenario.settings.team,
+        scenario.settings.airspace.clone(),
+        scenario.uavs.len(),
+    )
+    .unwrap()
 }
 
 /// Tracks have names of their own: scores find what they are about by the target, and a brain is asked in order.

@@ -494,7 +494,8 @@ fn a_radio_without_faults_changes_no_bit() {
         let set = ["radio={}", "uavs.start_late_s=0", "uavs.restart=[{uav=0,at_s=1e6}]"];
         let [plain, told] = [&[][..], &set].map(|set| built_in(name, set).unwrap());
         let frames = |scenario: &Scenario| {
-            let brain = of_team(Minds::Each, plain.settings.team, plain.uavs.len()).unwrap();
+            let brain =
+                of_team(Minds::Each, plain.settings.team, plain.settings.airspace.clone(), plain.uavs.len()).unwrap();
             let mut mission = Mission::with_brain(scenario, brain).unwrap();
             std::iter::from_fn(|| mission.frame().cloned()).collect::<Vec<_>>()
         };
@@ -560,7 +561,7 @@ fn a_restarted_agent_knows_nothing_and_counts_its_epochs() {
     let restart = |uavs: usize| {
         let fault = "uavs.restart = [{ uav = 0, at_s = 20, down_s = 5 }]";
         let scenario = team(uavs, fault);
-        let inner = of_team(Minds::Each, scenario.settings.team, uavs).unwrap();
+        let inner = of_team(Minds::Each, scenario.settings.team, scenario.settings.airspace.clone(), uavs).unwrap();
         let epochs: Rc<RefCell<Vec<(u32, u32)>>> = Rc::default();
         let mut mission = Mission::with_brain(&scenario, Spy { inner, epochs: Rc::clone(&epochs) }).unwrap();
         let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();

@@ -57,13 +57,7 @@ const PATIENCE: i64 = 10;
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
 /// let mut agent = Agent::new(UavId(0), TeamParams::table_1())?;
-/// let own = UavState {
-///     position: Position::from_m(400.0, 0.0),
-///     heading: Angle::from_deg(90.0),
-///     speed_m_s: 40.0,
-///     turn_rate_rad_s: 0.0,
-///     vertical: None,
-/// };
+/// let own = UavState::straight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
 /// // A search aircraft hands a target over; the agent turns onto an orbit about it.
 /// let cue = Message::Cue(Cue {
 ///     searcher: 0,

@@ -23,13 +23,7 @@ use crate::uav::{UavId, UavState};
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
 /// let mut fleet = Fleet::new(TeamParams::table_1())?;
-/// let state = |x_m| UavState {
-///     position: Position::from_m(x_m, 0.0),
-///     heading: Angle::from_deg(90.0),
-///     speed_m_s: 40.0,
-///     turn_rate_rad_s: 0.0,
-///     vertical: None,
-/// };
+/// let state = |x_m| UavState::straight(Position::from_m(x_m, 0.0), Angle::from_deg(90.0), 40.0);
 /// let states = [(UavId(0), state(400.0)), (UavId(1), state(-400.0))];
 /// let observed = states.map(|(uav, own)| fleet.observe(Time::START, uav, &own, Some(Scan::default())));
 /// for observation in &observed {

@@ -2,6 +2,7 @@
 
 pub(crate) mod aim;
 pub mod airspace;
+pub(crate) mod alternatives;
 pub(crate) mod borders;
 pub mod heading;
 pub mod moving_centre;

@@ -42,7 +42,8 @@ impl Pilot<'_> {
             Some(group) => self.fly_orbit(observation, group),
             None => (self.wait(id, own), 0.0, None),
         };
-        let around = self.borders.filter(|_| !own_state_invalid).and_then(|borders| {
+        let borders = self.borders.filter(|_| !own_state_invalid);
+        let around = borders.and_then(|borders| {
             let (orbit, largest_m) = match group {
                 Some(group) => (group.orbit(self.params), group.largest_m),
                 None => (self.waiting_orbit(id, own)?, f64::INFINITY),
@@ -54,15 +55,13 @@ impl Pilot<'_> {
         let intended = steering.as_ref().filter(|_| around.is_none());
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(wanted);
         let altitude_m = self.altitude_m(id, group);
-        let kept = self.params.separation.as_ref().filter(|_| !own_state_invalid);
-        let (command, altitude_m, avoids) = match kept {
+        let (command, altitude_m, avoids) = match self.params.separation.as_ref().filter(|_| !own_state_invalid) {
             Some(separation) => self.keep_apart(separation, observation, (command, intended), altitude_m),
             None => (command, altitude_m, None),
         };
         // Last: nothing that is wanted of a UAV takes it where it may not be.
-        let borders = self.borders.filter(|_| !own_state_invalid);
-        let (command, kept) = borders.map_or((command, None), |borders| borders.keep(own, command));
-        let border = kept.or(around.map(|detour| detour.zone));
+        let (command, kept_off) = borders.map_or((command, None), |borders| borders.keep(own, command));
+        let border = kept_off.or(around.map(|detour| detour.zone));
         // What is flown counts, whatever asked for it.
         let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
         let is_changed = avoids.is_some() || border.is_some();
@@ -114,12 +113,12 @@ impl Pilot<'_> {
     /// What a UAV of a group was about to fly when it last spoke, if it flies as the group's orbit wants.
     fn intent_of(&self, mate: UavId) -> Option<Intent> {
         let mate = self.picture.teammate(mate)?;
-        let (state, orbit) = (&mate.said, self.picture.group(mate.group?)?.orbit(self.params));
-        let steering = OnOrbit::of(&self.params.guidance, state.position, &orbit).steer(
-            &self.params.guidance,
-            state,
-            state.speed_m_s,
-        );
+        let (state, group) = (&mate.said, mate.group?);
+        let guidance = &self.params.guidance;
+        let steering = match self.on_orbit_as_heard(mate.uav, group) {
+            Some(known) => known.steer(guidance, state, state.speed_m_s),
+            None => steer(guidance, state, &self.picture.group(group)?.orbit(self.params), state.speed_m_s),
+        };
         let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
     }
@@ -130,19 +129,18 @@ impl Pilot<'_> {
         crew.map(|(mate, on_orbit)| (mate.state.position, mate.uav, on_orbit))
     }
 
-    /// Where an observed UAV is on its group's orbit, if it was heard of this very instant: then that is known.
-    fn on_orbit_as_heard(&self, observation: &Observation, group: GroupId) -> Option<&OnOrbit> {
+    /// Where a UAV is on its group's orbit, if it was heard of the picture's very instant: then that is known.
+    fn on_orbit_as_heard(&self, uav: UavId, group: GroupId) -> Option<&OnOrbit> {
         let mut crew = self.picture.on_orbit_of(group);
-        let own = crew
-            .find(|(mate, _)| mate.uav == observation.uav && mate.is_heard && observation.time == self.picture.time);
-        own.map(|(_, on_orbit)| on_orbit)
+        crew.find(|(mate, _)| mate.uav == uav && mate.is_heard).map(|(_, on_orbit)| on_orbit)
     }
 
     fn fly_orbit(&self, observation: &Observation, group: &Group) -> (Command, f64, Option<Steering>) {
         let Observation { uav: id, ref own, .. } = *observation;
         let guidance = &self.params.guidance;
         let anew;
-        let on_orbit = match self.on_orbit_as_heard(observation, group.id) {
+        let known = self.on_orbit_as_heard(id, group.id).filter(|_| observation.time == self.picture.time);
+        let on_orbit = match known {
             Some(known) => known,
             None => {
                 anew = OnOrbit::of(guidance, own.position, &group.orbit(self.params));

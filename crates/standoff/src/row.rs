@@ -207,13 +207,7 @@ mod tests {
     use crate::{Angle, Velocity};
 
     fn report(uav: u32, epoch: u32, sequence: u32) -> Report {
-        let state = UavState {
-            position: Position::ORIGIN,
-            heading: Angle::ZERO,
-            speed_m_s: 40.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let state = UavState::straight(Position::ORIGIN, Angle::ZERO, 40.0);
         Report { epoch, sequence, ..Report::of(UavId(uav), Time::from_us(5), state) }
     }
 

@@ -55,6 +55,29 @@ impl Vertical {
 }
 
 impl UavState {
+    /// A UAV that flies straight on; how high, nobody knows.
+    pub const fn straight(position: Position, heading: Angle, speed_m_s: f64) -> Self {
+        Self { position, heading, speed_m_s, turn_rate_rad_s: 0.0, vertical: None }
+    }
+
+    /// The same so long after, if it goes on to fly, turn and climb as it does.
+    pub(crate) fn carried_on(&self, after_s: f64) -> Self {
+        let turned_rad = self.turn_rate_rad_s * after_s;
+        let (moved, heading) = if turned_rad.abs() < 1e-9 {
+            (self.velocity() * after_s, self.heading)
+        } else {
+            // The chord of the arc, half of the turn from where it began.
+            let chord_m = 2.0 * self.speed_m_s / self.turn_rate_rad_s * math::sin(0.5 * turned_rad);
+            let along = self.heading + Angle::from_rad(0.5 * turned_rad);
+            (Displacement::from_polar(chord_m, along), self.heading + Angle::from_rad(turned_rad))
+        };
+        let vertical = self.vertical.map(|Vertical { altitude_m, climb_rate_m_s }| Vertical {
+            altitude_m: altitude_m + climb_rate_m_s * after_s,
+            climb_rate_m_s,
+        });
+        Self { position: self.position + moved, heading, vertical, ..*self }
+    }
+
     /// Velocity over ground.
     pub fn velocity(&self) -> Velocity {
         Velocity::from_polar(self.speed_m_s, self.heading)

@@ -163,7 +163,7 @@ fn who_is_in_the_group_stays_in_view_until_there_is_room_for_who_is_on_the_way()
         params.group.standoff.field_of_view_rad = params.track.sensor.field_of_view_rad;
         let mut agent = Agent::new(UavId(0), params).unwrap();
         let position = Position::from_m(-300.0, 0.0);
-        let own = UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
+        let own = UavState::straight(position, Angle::ZERO, 40.0);
         let start = Time::START;
         step(
             &mut agent,
@@ -191,13 +191,7 @@ fn where_not_all_fit_in_a_sensor_looks_at_the_most() {
     let mut params = TeamParams::table_1();
     params.group.aim = Aim::Middle;
     let mut agent = Agent::new(UavId(0), params).unwrap();
-    let own = UavState {
-        position: Position::from_m(-100.0, 0.0),
-        heading: Angle::ZERO,
-        speed_m_s: 40.0,
-        turn_rate_rad_s: 0.0,
-        vertical: None,
-    };
+    let own = UavState::straight(Position::from_m(-100.0, 0.0), Angle::ZERO, 40.0);
     let start = Time::START;
     let cues =
         [cue(0, start, (0.0, 200.0), 5.0), cue(1, start, (20.0, -180.0), 5.0), cue(2, start, (0.0, -200.0), 5.0)];
@@ -275,13 +269,11 @@ proptest! {
             (params.group.count, params.group.review_period_s) = (GroupCount::Needed, 5.0);
         }
         let mut fleet = Fleet::new(params).unwrap();
-        let mut states: Vec<UavState> = (0..uavs).map(|id| UavState {
-            position: Position::from_m(400.0 * f64::from(id % 3), -300.0 * f64::from(id / 3)),
-            heading: Angle::from_rad(f64::from(id)),
-            speed_m_s: 40.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        }).collect();
+        let start = |id: u32| {
+            let position = Position::from_m(400.0 * f64::from(id % 3), -300.0 * f64::from(id / 3));
+            UavState::straight(position, Angle::from_rad(f64::from(id)), 40.0)
+        };
+        let mut states: Vec<UavState> = (0..uavs).map(start).collect();
         let mut look_at = vec![None::<LookAt>; states.len()];
         for tick in 0..80i64 {
             let now = Time::from_us(tick * 500_000);

@@ -29,13 +29,8 @@ impl Flight {
 
     /// Distance r and radius r_d at every step of the last third of 600 s, m.
     fn settled(&self) -> Vec<(f64, f64)> {
-        let mut state = UavState {
-            position: Position::from_m(1.5 * self.radius_m, 0.0),
-            heading: Angle::from_deg(90.0),
-            speed_m_s: self.uav.speed_m_s,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let mut state =
+            UavState::straight(Position::from_m(1.5 * self.radius_m, 0.0), Angle::from_deg(90.0), self.uav.speed_m_s);
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
         let bounds =
             StandoffParams { radius_min_m: 50.0, radius_max_m: 5000.0, ..TeamParams::table_1().group.standoff };
@@ -136,12 +131,12 @@ fn a_speed_relative_to_the_centre_keeps_the_phases() {
     let velocity = Velocity::from_m_s(10.0, 0.0);
     let largest_error_deg = |speed_reference: SpeedReference| {
         let guidance = GuidanceParams { speed_reference, ..team.guidance };
-        let start = |phase_deg: f64| UavState {
-            position: Position::ORIGIN + Displacement::from_polar(400.0, Angle::from_deg(phase_deg)),
-            heading: Angle::from_deg(phase_deg + 90.0),
-            speed_m_s: 40.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
+        let start = |phase_deg: f64| {
+            UavState::straight(
+                Position::ORIGIN + Displacement::from_polar(400.0, Angle::from_deg(phase_deg)),
+                Angle::from_deg(phase_deg + 90.0),
+                40.0,
+            )
         };
         let mut pair = [start(0.0), start(90.0)];
         let mut largest_deg = 0.0f64;

@@ -114,13 +114,7 @@ fn at_rest_rad_s(form: Feedforward, r_m: f64) -> f64 {
     (guidance.feedforward, guidance.radial_gain) = (form, 1.0);
     let orbit = orbit(Position::ORIGIN, Velocity::ZERO, ORBIT_M);
     let position = Position::from_m(r_m, 0.0);
-    let uav = UavState {
-        position,
-        heading: standoff::Angle::ZERO,
-        speed_m_s: SPEED_M_S,
-        turn_rate_rad_s: 0.0,
-        vertical: None,
-    };
+    let uav = UavState::straight(position, standoff::Angle::ZERO, SPEED_M_S);
     steer(&guidance, &uav, &orbit, SPEED_M_S).feedforward_rad_s
 }
 

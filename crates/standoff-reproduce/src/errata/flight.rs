@@ -53,13 +53,8 @@ impl Flight {
     }
 
     fn settled_errors_m(&self) -> Vec<f64> {
-        let mut state = UavState {
-            position: Position::from_m(1.5 * self.radius_m, 0.0),
-            heading: Angle::from_deg(90.0),
-            speed_m_s: self.uav.speed_m_s,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let mut state =
+            UavState::straight(Position::from_m(1.5 * self.radius_m, 0.0), Angle::from_deg(90.0), self.uav.speed_m_s);
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
         let response = self.uav.response(Duration::from_s(PERIOD_S));
         let mut errors_m = Vec::new();

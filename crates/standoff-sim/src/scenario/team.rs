@@ -38,21 +38,15 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
             pass($path, concat!(stringify!($table), ".", stringify!($key)), file.$table.$key, true).to_radians()
         };
     }
-    // The number of a key of a table that may be absent.
-    macro_rules! optional {
-        ($path:literal, $key:literal, $typed:expr) => {
-            pass($path, $key, $typed, false)
-        };
-    }
     let climb = file.uavs.climb.as_ref().map(|climb| ClimbParams {
-        rate_max_m_s: optional!("uav.climb.rate_max_m_s", "uavs.climb.rate_max_m_s", climb.rate_max_m_s),
-        lag_s: optional!("uav.climb.lag_s", "uavs.climb.lag_s", climb.lag_s),
-        altitude_min_m: optional!("uav.climb.altitude_min_m", "uavs.climb.altitude_min_m", climb.altitude_min_m),
-        altitude_max_m: optional!("uav.climb.altitude_max_m", "uavs.climb.altitude_max_m", climb.altitude_max_m),
+        rate_max_m_s: pass("uav.climb.rate_max_m_s", "uavs.climb.rate_max_m_s", climb.rate_max_m_s, false),
+        lag_s: pass("uav.climb.lag_s", "uavs.climb.lag_s", climb.lag_s, false),
+        altitude_min_m: pass("uav.climb.altitude_min_m", "uavs.climb.altitude_min_m", climb.altitude_min_m, false),
+        altitude_max_m: pass("uav.climb.altitude_max_m", "uavs.climb.altitude_max_m", climb.altitude_max_m, false),
     });
     let separation = file.separation.as_ref().map(|separation| SeparationParams {
-        minimum_m: optional!("separation.minimum_m", "separation.minimum_m", separation.minimum_m),
-        vertical_m: optional!("separation.vertical_m", "separation.vertical_m", separation.vertical_m),
+        minimum_m: pass("separation.minimum_m", "separation.minimum_m", separation.minimum_m, false),
+        vertical_m: pass("separation.vertical_m", "separation.vertical_m", separation.vertical_m, false),
     });
     let team = TeamParams {
         teammate_timeout_s: number!("teammate_timeout_s", team.teammate_timeout_s),

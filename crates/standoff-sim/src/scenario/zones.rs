@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
+use standoff::guidance::airspace::ZONES_MAX;
 use standoff::{Airspace, Position, UavState, Zone};
 use standoff_geodesy::LocalPlane;
 
@@ -17,9 +18,6 @@ use super::traffic::NAME_MAX;
 use crate::input;
 use crate::text::quoted;
 use crate::traffic::Origin;
-
-/// Most zones of a scenario: those of the library.
-const ZONES_MAX: usize = 100;
 
 /// Larger files are refused, bytes: the corners that an airspace may have take a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;
@@ -99,9 +97,7 @@ pub(super) fn airspace(zones: &[resolved::Zone], problems: &mut Problems) -> Air
                 Some(corner) => format!("zones.{place}.points.{corner}"),
                 None => format!("zones.{place}.points"),
             };
-            let message = error.message.strip_prefix("zone 1").unwrap_or(&error.message);
-            let what = message.split_once(": ").map_or(message, |(_, what)| what);
-            problems.add(key, what.to_owned(), None);
+            problems.add(key, error.what, None);
         }
         all.push(zone);
     }
@@ -109,7 +105,7 @@ pub(super) fn airspace(zones: &[resolved::Zone], problems: &mut Problems) -> Air
         return Airspace::default();
     }
     Airspace::new(all).unwrap_or_else(|error| {
-        problems.add("zones", error.message, None);
+        problems.add("zones", error.to_string(), None);
         Airspace::default()
     })
 }
@@ -223,8 +219,8 @@ fn zones(table: &file::Zone, polygons: Vec<(String, Rings)>) -> Result<Vec<file:
             let outline = ring.iter().map(|[x_m, y_m]| Position::from_m(*x_m, *y_m)).collect();
             let checked = Zone { name: String::new(), kind: kind.into(), outline };
             Airspace::new(vec![checked]).map_err(|error| {
-                let message = error.message.strip_prefix("zone 1").unwrap_or(&error.message);
-                format!("polygon {}{message}", all.len() + 1)
+                let corner = error.corner.map_or(String::new(), |corner| format!(", corner {}", corner + 1));
+                format!("polygon {}{corner}: {}", all.len() + 1, error.what)
             })?;
             let points = ring.iter().map(|point| point.map(Number::Constant).to_vec()).collect();
             all.push(file::Zone { name: name.clone(), file: String::new(), kind, points });

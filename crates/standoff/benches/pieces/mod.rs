@@ -112,13 +112,7 @@ impl FleetTicks {
             .map(|id: u32| {
                 let phase = Angle::from_deg(90.0 * f64::from(id % 2));
                 let centre = positions[20 * (id / 2) as usize];
-                UavState {
-                    position: centre + Displacement::from_polar(400.0, phase),
-                    heading: phase + Angle::from_deg(90.0),
-                    speed_m_s: 40.0,
-                    turn_rate_rad_s: 0.0,
-                    vertical: None,
-                }
+                UavState::straight(centre + Displacement::from_polar(400.0, phase), phase + Angle::from_deg(90.0), 40.0)
             })
             .collect();
         let cue = |(id, position): (u32, &Position)| Message::Cue(cue(TargetLabel(id), *position));

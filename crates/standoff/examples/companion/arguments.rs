@@ -74,6 +74,5 @@ fn place(text: &str) -> Option<UavState> {
     let numbers: Vec<f64> = text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<_>>()?;
     let [x_m, y_m, heading_deg] = numbers.try_into().ok()?;
     let (position, heading) = (Position::from_m(x_m, y_m), Angle::from_deg(heading_deg));
-    Some(UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None })
-        .filter(UavState::is_finite)
+    Some(UavState::straight(position, heading, 40.0)).filter(UavState::is_finite)
 }

@@ -50,7 +50,7 @@ fn team_params() -> TeamParams {
 pub(crate) fn start(id: u32, team: u32) -> UavState {
     let x_m = 600.0 * (f64::from(id) - 0.5 * f64::from(team - 1));
     let (position, heading) = (Position::from_m(x_m, -600.0), Angle::from_deg(90.0));
-    UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None }
+    UavState::straight(position, heading, 40.0)
 }
 
 impl Companion {

@@ -286,8 +286,7 @@ mod tests {
             memberships.set(0, Membership::Member(GroupId(0)));
             let mate = |(id, x_m): (usize, &f64)| {
                 let position = Position::from_m(*x_m, 0.0);
-                let state =
-                    UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
+                let state = UavState::straight(position, Angle::ZERO, 40.0);
                 let boresight = Some((Position::ORIGIN - position).direction());
                 let report = Report { boresight, ..Report::of(UavId(id as u32), Time::START, state) };
                 Teammate::heard(&report, Some(GroupId(0)))

@@ -1,13 +1,11 @@
 //! The UAVs that share the work.
 
 use crate::angle::Angle;
-use crate::frame::Displacement;
 use crate::group_id::GroupId;
-use crate::math;
 use crate::message::Report;
 use crate::team::Radio;
 use crate::time::{Duration, Time};
-use crate::uav::{UavId, UavState, Vertical};
+use crate::uav::{UavId, UavState};
 
 /// A UAV heard of late.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -47,21 +45,14 @@ impl Teammate {
 
     /// The same, not heard now, carried on from where it last said it was: straight on, or with the turn that it flew.
     pub(crate) fn carried_on(&self, now: Time, radio: Radio) -> Self {
-        let (said, dt_s) = (&self.said, (now - self.said_at).s());
-        let mut state = *said;
-        state.vertical = said
-            .vertical
-            .map(|vertical| Vertical { altitude_m: vertical.altitude_m + vertical.climb_rate_m_s * dt_s, ..vertical });
-        let turned_rad = said.turn_rate_rad_s * dt_s;
-        if radio == Radio::Perfect || turned_rad.abs() < 1e-9 {
-            state.position = said.position + said.velocity() * dt_s;
-        } else {
-            // The chord of the arc, half of the turn from where it began.
-            let chord_m = 2.0 * said.speed_m_s / said.turn_rate_rad_s * math::sin(0.5 * turned_rad);
-            let along = said.heading + Angle::from_rad(0.5 * turned_rad);
-            state.position = said.position + Displacement::from_polar(chord_m, along);
-            state.heading = said.heading + Angle::from_rad(turned_rad);
-        }
+        let (said, after_s) = (&self.said, (now - self.said_at).s());
+        let state = match radio {
+            Radio::Perfect => {
+                let straight = UavState { turn_rate_rad_s: 0.0, ..*said }.carried_on(after_s);
+                UavState { turn_rate_rad_s: said.turn_rate_rad_s, ..straight }
+            }
+            Radio::Fallible => said.carried_on(after_s),
+        };
         Self { state, is_heard: false, boresight: None, ..*self }
     }
 }

@@ -117,13 +117,7 @@ mod tests {
     use crate::angle::Angle;
     use crate::time::Duration;
 
-    const UAV: UavState = UavState {
-        position: Position::ORIGIN,
-        heading: Angle::ZERO,
-        speed_m_s: 40.0,
-        turn_rate_rad_s: 0.0,
-        vertical: None,
-    };
+    const UAV: UavState = UavState::straight(Position::ORIGIN, Angle::ZERO, 40.0);
 
     fn at_deg(distance_m: f64, bearing_deg: f64, velocity: (f64, f64)) -> TargetState {
         let position = Position::ORIGIN + Displacement::from_polar(distance_m, Angle::from_deg(bearing_deg));

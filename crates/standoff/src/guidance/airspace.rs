@@ -51,14 +51,16 @@ pub struct Zone {
 
 /// What is wrong with zones.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{message}")]
+#[error("{place}{what}")]
 pub struct AirspaceError {
     /// Which zone, counted from 0; `None`: all of them together.
     pub zone: Option<usize>,
     /// Which of its corners, counted from 0.
     pub corner: Option<usize>,
+    /// Both in words, as in `zone 2 "airfield", corner 3: `; empty where it is of all.
+    pub place: String,
     /// What is wrong, and what to do.
-    pub message: String,
+    pub what: String,
 }
 
 /// The zones of a team, checked. Copies share them.
@@ -97,7 +99,7 @@ pub(crate) struct Side {
 impl Airspace {
     /// Zones that all can be flown by: each a polygon of at least three corners that does not cross itself.
     pub fn new(zones: Vec<Zone>) -> Result<Self, AirspaceError> {
-        let of_all = |message: String| AirspaceError { zone: None, corner: None, message };
+        let of_all = |what: String| AirspaceError { zone: None, corner: None, place: String::new(), what };
         if zones.len() > ZONES_MAX {
             return Err(of_all(format!("there are {} zones: at most {ZONES_MAX} are allowed", zones.len())));
         }
@@ -182,8 +184,8 @@ impl Bounded {
         let called = if zone.name.is_empty() { String::new() } else { format!(" {:?}", zone.name) };
         let wrong = |corner: Option<usize>, what: String| {
             let at = corner.map_or(String::new(), |corner| format!(", corner {}", corner + 1));
-            let message = format!("zone {}{called}{at}: {what}", number + 1);
-            Err(AirspaceError { zone: Some(number), corner, message })
+            let place = format!("zone {}{called}{at}: ", number + 1);
+            Err(AirspaceError { zone: Some(number), corner, place, what })
         };
         let is_place = |at: &Position| at.x_m().abs() <= FARTHEST_M && at.y_m().abs() <= FARTHEST_M;
         if let Some(corner) = zone.outline.iter().position(|at| !is_place(at)) {

@@ -15,6 +15,7 @@
 
 use crate::frame::Displacement;
 use crate::guidance::airspace::{Airspace, Side, crossed_at, squared_between_m2, squared_to_side_m2};
+use crate::guidance::alternatives::Costs;
 use crate::guidance::ways::Ways;
 use crate::math::{PI, TAU};
 use crate::time::Duration;
@@ -30,9 +31,8 @@ const TURN_STEP_RAD: f64 = 0.08;
 /// After so many lags a manoeuvre is a circle.
 const SETTLED_LAGS: f64 = 8.0;
 
-/// Turn rates that are tried to either side, and speeds.
-const TURN_RATES: i32 = 8;
-const SPEEDS: i32 = 3;
+/// What it costs to fly something else.
+const COSTS: Costs = Costs { speed: 0.3, turn: 0.1 };
 
 /// What keeps a UAV within its airspace.
 #[derive(Debug, Clone)]
@@ -133,19 +133,7 @@ impl Borders {
         }
         let sides: Vec<Side> = self.airspace().sides_near(own.position, self.reach_m).collect();
         let Some(zone) = self.refused(own, wanted, &sides) else { return (wanted, None) };
-        let UavParams { turn_rate_max_rad_s: turn_max, speed_m_s, speed_change_max_m_s, .. } = self.uav;
-        let turns = (-TURN_RATES..=TURN_RATES).map(|step| turn_max * f64::from(step) / f64::from(TURN_RATES));
-        let mut commands = Vec::new();
-        for turn_rate_rad_s in turns.chain([wanted.turn_rate_rad_s]) {
-            let speeds = (-SPEEDS..=SPEEDS).map(|step| speed_change_max_m_s * f64::from(step) / f64::from(SPEEDS));
-            for speed_m_s in speeds.map(|change_m_s| speed_m_s + change_m_s).chain([wanted.speed_m_s]) {
-                let off = (turn_rate_rad_s - wanted.turn_rate_rad_s) / turn_max;
-                let faster = (speed_m_s - wanted.speed_m_s) / speed_change_max_m_s.max(1e-9);
-                let jerk = (turn_rate_rad_s - own.turn_rate_rad_s) / turn_max;
-                let cost = off * off + 0.3 * faster * faster + 0.1 * jerk * jerk;
-                commands.push((cost, Command { speed_m_s, turn_rate_rad_s }));
-            }
-        }
+        let mut commands: Vec<_> = COSTS.alternatives(&self.uav, own.turn_rate_rad_s, wanted).collect();
         commands.sort_by(|a, b| a.0.total_cmp(&b.0));
         let allowed = commands.into_iter().map(|(_, command)| command);
         let allowed = allowed.into_iter().find(|command| self.refused(own, *command, &sides).is_none());
@@ -420,13 +408,7 @@ pub(crate) mod tests {
     }
 
     fn east(x_m: f64, y_m: f64) -> UavState {
-        UavState {
-            position: Position::from_m(x_m, y_m),
-            heading: Angle::ZERO,
-            speed_m_s: 40.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        }
+        UavState::straight(Position::from_m(x_m, y_m), Angle::ZERO, 40.0)
     }
 
     #[test]

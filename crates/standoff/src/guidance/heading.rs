@@ -316,7 +316,7 @@ mod tests {
 
     fn uav(r_m: f64, heading: Angle) -> UavState {
         let position = Position::ORIGIN + Displacement::from_polar(r_m, Angle::ZERO);
-        UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None }
+        UavState::straight(position, heading, 40.0)
     }
 
     /// Checks Eq. (23), (24): on the orbit due east of the centre the desired heading is north; 10 degrees off it, the

@@ -10,9 +10,9 @@
 //! turns away itself only if that comes to nothing. Two that both gave way early would go on doing so, side by side.
 
 use crate::angle::Angle;
-use crate::frame::{Displacement, Position};
+use crate::frame::Position;
+use crate::guidance::alternatives::Costs;
 use crate::guidance::heading::Steering;
-use crate::math;
 use crate::param::{Allowed, ParamError};
 use crate::uav::{Command, UavId, UavParams, UavState, Vertical};
 
@@ -46,7 +46,7 @@ impl SeparationParams {
 /// foretold is not what comes.
 const SPARE_M: f64 = 20.0;
 
-/// So far ahead looks who gives way, s: half of what it takes to turn round is enough to go past.
+/// So far ahead looks who gives way, s.
 const AHEAD_S: f64 = 8.0;
 
 /// So far looks who goes on, s, and so much nearer it lets the other come before it turns away as well, m.
@@ -59,14 +59,13 @@ const DRIFT_M_S: f64 = 10.0;
 const DRIFT_M_S2: f64 = 6.0;
 const SILENT_MAX_S: f64 = 10.0;
 
-/// Turn rates on either side, and speeds on either side, that are tried.
-const TURNS: i32 = 8;
-const SPEEDS: i32 = 3;
+/// The later the other one is heard of, the less it helps if both act: who goes on spares it so much less for each second, m/s,
+/// down to this, m.
+const RELUCTANCE_M_S: f64 = 25.0;
+const SPARE_MIN_M: f64 = -10.0;
 
-/// What a change of speed costs, and one of the turn rate flown, each against one of the turn rate wanted, as parts of what
-/// is possible; and what the part of the wanted distance costs by which a command falls short.
-const SPEED_COST: f64 = 0.1;
-const TURN_COST: f64 = 0.2;
+/// What it costs to fly something else; and the part of the wanted distance by which a command falls short.
+const COSTS: Costs = Costs { speed: 0.1, turn: 0.2 };
 const SHORTFALL_COST: f64 = 100.0;
 
 /// Another UAV, as it last said.
@@ -76,6 +75,13 @@ pub(crate) struct Other {
     pub(crate) said: UavState,
     /// How long ago, s.
     pub(crate) age_s: f64,
+}
+
+impl Other {
+    /// The altitudes between which it is for as long as is looked ahead, m; `None`: nobody knows.
+    fn levels_m(&self) -> Option<[f64; 2]> {
+        self.said.vertical.map(|its| reach_m(its, its.altitude_m, AHEAD_S + self.age_s))
+    }
 }
 
 /// Whom a UAV avoids.
@@ -144,36 +150,11 @@ struct Near {
     growth_m_s: f64,
 }
 
-/// A motion of constant speed and turn rate.
-#[derive(Debug, Clone, Copy)]
-struct Arc {
-    from: Position,
-    heading_rad: f64,
-    speed_m_s: f64,
-    turn_rate_rad_s: f64,
-}
-
-impl Arc {
-    fn at(&self, after_s: f64) -> Position {
-        let half_rad = 0.5 * self.turn_rate_rad_s * after_s;
-        // The chord, half of the turn from where it began.
-        let share =
-            if half_rad.abs() < 1e-3 { 1.0 - half_rad * half_rad / 6.0 } else { math::sin(half_rad) / half_rad };
-        let along = Angle::from_rad(self.heading_rad + half_rad);
-        self.from + Displacement::from_polar(self.speed_m_s * after_s * share, along)
-    }
-
-    /// What follows after a time.
-    fn then(&self, after_s: f64, speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
-        let heading_rad = self.heading_rad + self.turn_rate_rad_s * after_s;
-        Self { from: self.at(after_s), heading_rad, speed_m_s, turn_rate_rad_s }
-    }
-}
-
 /// Three arcs, one after the other: as it turns now, for the lag; as it is about to; and as it goes on then.
 #[derive(Debug, Clone, Copy)]
 struct Path {
-    arcs: [Arc; 3],
+    /// Where each begins.
+    arcs: [UavState; 3],
     /// The ends of the first two, s.
     ends_s: [f64; 2],
     /// Now, s after it began.
@@ -183,22 +164,24 @@ struct Path {
 impl Path {
     fn of(state: &UavState, intent: Intent, lag_s: f64, age_s: f64) -> Self {
         let Intent { command: Command { speed_m_s, turn_rate_rad_s }, for_s, then_rad_s } = intent;
-        let UavState { position: from, heading, .. } = *state;
-        let heading_rad = heading.rad();
-        let first = Arc { from, heading_rad, speed_m_s: state.speed_m_s, turn_rate_rad_s: state.turn_rate_rad_s };
-        let second = first.then(lag_s, speed_m_s, turn_rate_rad_s);
-        let third = if for_s.is_finite() { second.then(for_s, speed_m_s, then_rad_s) } else { second };
+        let first = *state;
+        let second = UavState { speed_m_s, turn_rate_rad_s, ..first.carried_on(lag_s) };
+        let third = match for_s.is_finite() {
+            true => UavState { turn_rate_rad_s: then_rad_s, ..second.carried_on(for_s) },
+            false => second,
+        };
         Self { arcs: [first, second, third], ends_s: [lag_s, lag_s + for_s], age_s }
     }
 
     /// Where it is so long from now.
     fn at(&self, after_s: f64) -> Position {
         let ([first, second, third], [first_s, second_s]) = (&self.arcs, self.ends_s);
-        match after_s + self.age_s {
-            at_s if at_s < first_s => first.at(at_s),
-            at_s if at_s < second_s => second.at(at_s - first_s),
-            at_s => third.at(at_s - second_s),
-        }
+        let (arc, after_s) = match after_s + self.age_s {
+            at_s if at_s < first_s => (first, at_s),
+            at_s if at_s < second_s => (second, at_s - first_s),
+            at_s => (third, at_s - second_s),
+        };
+        arc.carried_on(after_s).position
     }
 
     fn fastest_m_s(&self) -> f64 {
@@ -235,9 +218,8 @@ impl Keeper<'_> {
         let Some(own) = self.own.vertical else { return wanted_m };
         let mut allowed_m = wanted_m;
         for other in others {
-            let Some(its) = other.said.vertical else { continue };
+            let Some([its_low_m, its_high_m]) = other.levels_m() else { continue };
             let clear_m = CLIMB_CLEAR_MINIMA * self.separation.minimum_m + 2.0 * self.uav.speed_max_m_s() * other.age_s;
-            let [its_low_m, its_high_m] = reach_m(its, its.altitude_m, AHEAD_S + other.age_s);
             let (below_m, above_m) = (its_low_m - self.separation.vertical_m, its_high_m + self.separation.vertical_m);
             let is_clear = self.own.position.squared_distance_m2(other.said.position) > clear_m * clear_m;
             // Who is between can only go on.
@@ -258,13 +240,12 @@ impl Keeper<'_> {
 
     /// Kept apart by altitude for as long as is looked ahead.
     fn is_apart(&self, levels: Option<[f64; 2]>, other: &Other) -> bool {
-        levels.zip(other.said.vertical).is_some_and(|([low_m, high_m], its)| {
-            let [its_low_m, its_high_m] = reach_m(its, its.altitude_m, AHEAD_S + other.age_s);
+        levels.zip(other.levels_m()).is_some_and(|([low_m, high_m], [its_low_m, its_high_m])| {
             its_low_m - high_m >= self.separation.vertical_m || low_m - its_high_m >= self.separation.vertical_m
         })
     }
 
-    /// Of lower id, it gives way.
+    /// What is to be kept of another one, unless it is too far away to matter: of lower id, this UAV gives way.
     fn near(&self, other: &Other, intent_of: impl Fn(UavId) -> Option<Intent>) -> Option<Near> {
         let Other { uav, said, age_s } = other;
         let age_s = age_s.min(SILENT_MAX_S);
@@ -272,8 +253,8 @@ impl Keeper<'_> {
         let (ahead_s, wanted_m, growth_m_s) = if self.id < *uav {
             (AHEAD_S, minimum_m + SPARE_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s)
         } else {
-            // The later it is heard of, the less it helps if both act.
-            (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + (SPARE_M - 25.0 * age_s).max(-10.0), 0.0)
+            let spare_m = (SPARE_M - RELUCTANCE_M_S * age_s).max(SPARE_MIN_M);
+            (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + spare_m, 0.0)
         };
         let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *said;
         let least_m = wanted_m + growth_m_s * ahead_s;
@@ -294,25 +275,14 @@ impl Keeper<'_> {
         Some(Near { uav: *uav, path, ahead_s, wanted_m, growth_m_s })
     }
 
-    /// That of a grid of commands, and of those with the wanted turn rate or speed, which costs least.
+    /// The command that costs least.
     #[cold]
     fn nearest_command(&self, wanted: Command, near: &[Near]) -> Command {
-        let UavParams { turn_rate_max_rad_s: turn_max, speed_m_s, speed_change_max_m_s: change_max, .. } = *self.uav;
-        let share = |step: i32, steps: i32| f64::from(step) / f64::from(steps);
-        let turns = (-TURNS..=TURNS).map(|step| turn_max * share(step, TURNS)).chain([wanted.turn_rate_rad_s]);
         let mut best = (f64::INFINITY, wanted);
-        for turn_rate_rad_s in turns {
-            let speeds = (-SPEEDS..=SPEEDS).map(|step| speed_m_s + change_max * share(step, SPEEDS));
-            for speed_m_s in speeds.chain([wanted.speed_m_s]) {
-                let command = Command { speed_m_s, turn_rate_rad_s };
-                let off = (turn_rate_rad_s - wanted.turn_rate_rad_s) / turn_max;
-                let faster = (speed_m_s - wanted.speed_m_s) / change_max.max(1e-9);
-                let turned = (turn_rate_rad_s - self.own.turn_rate_rad_s) / turn_max;
-                let effort = off * off + SPEED_COST * faster * faster + TURN_COST * turned * turned;
-                if effort < best.0 {
-                    let cost = effort + SHORTFALL_COST * self.shortfall(Intent::held(command), near).0;
-                    best = if cost < best.0 { (cost, command) } else { best };
-                }
+        for (effort, command) in COSTS.alternatives(self.uav, self.own.turn_rate_rad_s, wanted) {
+            if effort < best.0 {
+                let cost = effort + SHORTFALL_COST * self.shortfall(Intent::held(command), near).0;
+                best = if cost < best.0 { (cost, command) } else { best };
             }
         }
         best.1

@@ -339,8 +339,7 @@ mod tests {
         };
         let response = params.uav.response(Duration::from_s(0.5));
         let position = Position::from_m(from.0, from.1);
-        let mut state =
-            UavState { position, heading: Angle::ZERO, speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
+        let mut state = UavState::straight(position, Angle::ZERO, 40.0);
         assert!(borders.is_safe(&state));
         let mut flown = Flown { on_orbit_fraction: 0.0, furthest_m: 0.0, turned_back: 0 };
         for step in 0..1200 {

@@ -18,13 +18,7 @@ fn us(instant: i64) -> Time {
 }
 
 fn report(uav: u32, instant: i64) -> Report {
-    let state = UavState {
-        position: Position::ORIGIN,
-        heading: Angle::ZERO,
-        speed_m_s: 40.0,
-        turn_rate_rad_s: 0.0,
-        vertical: None,
-    };
+    let state = UavState::straight(Position::ORIGIN, Angle::ZERO, 40.0);
     Report { sequence: instant as u32, ..Report::of(UavId(uav), us(instant), state) }
 }
 

@@ -6,13 +6,7 @@ use crate::{Cue, Fleet, Message, TargetLabel, UavState, Velocity};
 /// What two UAVs know of three targets that were handed over.
 fn known() -> Picture {
     let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
-    let state = UavState {
-        position: Position::ORIGIN,
-        heading: Angle::ZERO,
-        speed_m_s: 40.0,
-        turn_rate_rad_s: 0.0,
-        vertical: None,
-    };
+    let state = UavState::straight(Position::ORIGIN, Angle::ZERO, 40.0);
     let observed = [0, 1].map(|uav| fleet.observe(Time::START, UavId(uav), &state, Some(Default::default())));
     for number in 0..3 {
         let (said, time, searcher, label) = (Time::START, Time::START, 0, TargetLabel(u32::from(number)));
@@ -41,13 +35,7 @@ fn an_assignment_begins_from_what_each_says_that_it_does() {
     params.group.assignment_inertia = 10.0;
     let mut fold = crate::fold::Fold::new(params).unwrap();
     let at = |instant: i64| Time::from_us(instant * 500_000);
-    let state = UavState {
-        position: Position::ORIGIN,
-        heading: Angle::ZERO,
-        speed_m_s: 40.0,
-        turn_rate_rad_s: 0.0,
-        vertical: None,
-    };
+    let state = UavState::straight(Position::ORIGIN, Angle::ZERO, 40.0);
     let row = |instant: i64, uavs: u32, duty: &dyn Fn(u32) -> Option<GroupId>| {
         let mut row = Row::default();
         row.open(at(instant));

@@ -105,13 +105,11 @@ impl Team {
     pub fn of(uavs: u32, targets: u32, params: TeamParams) -> Self {
         let states = (0..uavs).map(|id| {
             let phase = Angle::from_deg(75.0 * f64::from(id));
-            UavState {
-                position: Position::ORIGIN + Displacement::from_polar(450.0, phase),
-                heading: phase + Angle::from_deg(90.0),
-                speed_m_s: 40.0,
-                turn_rate_rad_s: 0.0,
-                vertical: None,
-            }
+            UavState::straight(
+                Position::ORIGIN + Displacement::from_polar(450.0, phase),
+                phase + Angle::from_deg(90.0),
+                40.0,
+            )
         });
         Self {
             agents: (0..uavs).map(|id| Agent::new(UavId(id), params).unwrap()).collect(),

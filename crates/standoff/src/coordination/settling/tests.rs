@@ -24,13 +24,7 @@ struct World {
 impl World {
     /// Targets at rest at these places east, and so many UAVs at the origin.
     fn new(uavs: u32, x_m: &[f64]) -> Self {
-        let state = UavState {
-            position: Position::from_m(0.0, -400.0),
-            heading: Angle::ZERO,
-            speed_m_s: 40.0,
-            turn_rate_rad_s: 0.0,
-            vertical: None,
-        };
+        let state = UavState::straight(Position::from_m(0.0, -400.0), Angle::ZERO, 40.0);
         let boresight = Some(Angle::from_deg(90.0));
         let report = |id| Report { boresight, ..Report::of(UavId(id), Time::START, state) };
         let mate = |id| Teammate::heard(&report(id), None);

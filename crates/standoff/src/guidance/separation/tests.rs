@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::frame::Displacement;
 use crate::team::TeamParams;
 use crate::time::Duration;
 use crate::uav::{ClimbParams, Response};
@@ -22,7 +23,7 @@ impl Flier {
     fn new((x_m, y_m): (f64, f64), course_deg: f64) -> Self {
         let (course, speed_m_s) = (Angle::from_deg(course_deg), 40.0);
         let position = Position::from_m(x_m, y_m);
-        let state = UavState { position, heading: course, speed_m_s, turn_rate_rad_s: 0.0, vertical: None };
+        let state = UavState::straight(position, course, speed_m_s);
         Self { state, course, speed_m_s, keeps_apart: true, altitude_m: None }
     }
 
