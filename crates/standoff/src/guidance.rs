@@ -4,6 +4,7 @@ pub(crate) mod aim;
 pub mod airspace;
 pub(crate) mod alternatives;
 pub(crate) mod borders;
+pub(crate) mod course;
 pub mod heading;
 pub mod moving_centre;
 pub mod orbit_motion;

@@ -8,8 +8,9 @@ use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::aim::{middle, middle_of_most};
 use crate::guidance::borders::Borders;
+use crate::guidance::course::Intent;
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
-use crate::guidance::separation::{Avoidance, Intent, Keeper, Other, SeparationParams};
+use crate::guidance::separation::{Avoidance, Keeper, Other, SeparationParams};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
 use crate::picture::Picture;
@@ -51,17 +52,17 @@ impl Pilot<'_> {
             borders.ways.around(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
         });
         let wanted = around.map_or(wanted, |detour| detour.command);
-        // What is flown around a zone is not what the orbit wants.
-        let intended = steering.as_ref().filter(|_| around.is_none());
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(wanted);
+        // Nothing that is wanted of a UAV takes it where it may not be, and nothing that keeps it from others.
+        let (command, kept_off) = borders.map_or((command, None), |borders| borders.keep(own, command));
+        let border = kept_off.or(around.map(|detour| detour.zone));
+        // What is flown because of a zone is not what the orbit wants.
+        let intended = steering.as_ref().filter(|_| border.is_none());
         let altitude_m = self.altitude_m(id, group);
         let (command, altitude_m, avoids) = match self.params.separation.as_ref().filter(|_| !own_state_invalid) {
             Some(separation) => self.keep_apart(separation, observation, (command, intended), altitude_m),
             None => (command, altitude_m, None),
         };
-        // Last: nothing that is wanted of a UAV takes it where it may not be.
-        let (command, kept_off) = borders.map_or((command, None), |borders| borders.keep(own, command));
-        let border = kept_off.or(around.map(|detour| detour.zone));
         // What is flown counts, whatever asked for it.
         let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
         let is_changed = avoids.is_some() || border.is_some();
@@ -102,11 +103,12 @@ impl Pilot<'_> {
     ) -> (Command, Option<f64>, Option<Avoidance>) {
         let Observation { uav: id, ref own, time } = *observation;
         let keeper = Keeper { separation, uav: &self.params.uav, id, own };
-        let others = self.picture.team.iter().filter(|mate| mate.uav != id);
+        let others = self.picture.team.iter().filter(|mate| mate.uav != id && keeper.may_come_near(&mate.said));
         let others =
             others.map(|mate| Other { uav: mate.uav, said: mate.said, age_s: (time - mate.said_at).s().max(0.0) });
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
-        let (command, avoids) = keeper.keep_apart(wanted, altitude_m, others, |mate| self.intent_of(mate));
+        let is_allowed = |command| self.borders.is_none_or(|borders| borders.allows(own, command));
+        let (command, avoids) = keeper.keep_apart(wanted, altitude_m, others, |mate| self.intent_of(mate), is_allowed);
         (command, altitude_m, avoids)
     }
 

@@ -133,11 +133,16 @@ impl Borders {
         }
         let sides: Vec<Side> = self.airspace().sides_near(own.position, self.reach_m).collect();
         let Some(zone) = self.refused(own, wanted, &sides) else { return (wanted, None) };
-        let mut commands: Vec<_> = COSTS.alternatives(&self.uav, own.turn_rate_rad_s, wanted).collect();
-        commands.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let allowed = commands.into_iter().map(|(_, command)| command);
-        let allowed = allowed.into_iter().find(|command| self.refused(own, *command, &sides).is_none());
+        let mut commands =
+            COSTS.alternatives(&self.uav, own.turn_rate_rad_s, wanted).into_iter().map(|(_, command)| command);
+        let allowed = commands.find(|command| self.refused(own, *command, &sides).is_none());
         (allowed.unwrap_or_else(|| self.manoeuvre(own, &sides)), Some(zone))
+    }
+
+    /// A command that is within the limits may be flown.
+    pub(crate) fn allows(&self, own: &UavState, command: Command) -> bool {
+        let sides: Vec<Side> = self.airspace().sides_near(own.position, self.reach_m).collect();
+        self.airspace().allows(own.position) && self.refused(own, command, &sides).is_none()
     }
 
     /// From a state that is allowed there is a manoeuvre that stays so for good.

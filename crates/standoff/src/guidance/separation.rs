@@ -9,9 +9,8 @@
 //! Reciprocal, by right of way: the one of lower id looks far ahead and gives way early; the one of higher id goes on, and
 //! turns away itself only if that comes to nothing. Two that both gave way early would go on doing so, side by side.
 
-use crate::angle::Angle;
-use crate::frame::Position;
 use crate::guidance::alternatives::Costs;
+use crate::guidance::course::{Course, Intent};
 use crate::guidance::heading::Steering;
 use crate::param::{Allowed, ParamError};
 use crate::uav::{Command, UavId, UavParams, UavState, Vertical};
@@ -93,37 +92,6 @@ pub struct Avoidance {
     pub foretold_m: f64,
 }
 
-/// What a UAV is about to fly: it turns onto where it wants to go, and goes on from there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Intent {
-    command: Command,
-    /// For so long, s; infinite: for good.
-    for_s: f64,
-    /// The turn rate after that, rad/s.
-    then_rad_s: f64,
-}
-
-impl Intent {
-    fn held(command: Command) -> Self {
-        Self { command, for_s: f64::INFINITY, then_rad_s: command.turn_rate_rad_s }
-    }
-
-    /// A command of the guidance law, inside the limits: it is held until the heading is the desired one, which turns with
-    /// the field.
-    pub(crate) fn of(command: Command, heading: Angle, steering: &Steering) -> Self {
-        let error_rad = (steering.desired_heading - heading).rad();
-        // Near the centre the field turns faster than any UAV; by the time it is there, it is elsewhere.
-        let then_max_rad_s = command.turn_rate_rad_s.abs().max(FIELD_TURN_MAX_RAD_S);
-        let then_rad_s = steering.feedforward_rad_s.clamp(-then_max_rad_s, then_max_rad_s);
-        let closing_rad_s = command.turn_rate_rad_s - then_rad_s;
-        let for_s = if error_rad * closing_rad_s > 0.0 { error_rad / closing_rad_s } else { 0.0 };
-        Self { command, for_s, then_rad_s }
-    }
-}
-
-/// That of an orbit of 270 m at 40 m/s.
-const FIELD_TURN_MAX_RAD_S: f64 = 0.15;
-
 /// Who turns otherwise than its group's orbit wants by more than this, rad/s, and so much more for each second since it said
 /// so, flies something else, and does so for a moment yet, s.
 const TRUST_RAD_S: f64 = 0.15;
@@ -142,7 +110,7 @@ pub(crate) struct Keeper<'a> {
 #[derive(Debug, Clone, Copy)]
 struct Near {
     uav: UavId,
-    path: Path,
+    course: Course,
     /// For so long what is foretold counts, s.
     ahead_s: f64,
     /// How far away it is kept where that is possible, m, and how much further for each second foretold, m/s.
@@ -150,55 +118,18 @@ struct Near {
     growth_m_s: f64,
 }
 
-/// Three arcs, one after the other: as it turns now, for the lag; as it is about to; and as it goes on then.
-#[derive(Debug, Clone, Copy)]
-struct Path {
-    /// Where each begins.
-    arcs: [UavState; 3],
-    /// The ends of the first two, s.
-    ends_s: [f64; 2],
-    /// Now, s after it began.
-    age_s: f64,
-}
-
-impl Path {
-    fn of(state: &UavState, intent: Intent, lag_s: f64, age_s: f64) -> Self {
-        let Intent { command: Command { speed_m_s, turn_rate_rad_s }, for_s, then_rad_s } = intent;
-        let first = *state;
-        let second = UavState { speed_m_s, turn_rate_rad_s, ..first.carried_on(lag_s) };
-        let third = match for_s.is_finite() {
-            true => UavState { turn_rate_rad_s: then_rad_s, ..second.carried_on(for_s) },
-            false => second,
-        };
-        Self { arcs: [first, second, third], ends_s: [lag_s, lag_s + for_s], age_s }
-    }
-
-    /// Where it is so long from now.
-    fn at(&self, after_s: f64) -> Position {
-        let ([first, second, third], [first_s, second_s]) = (&self.arcs, self.ends_s);
-        let (arc, after_s) = match after_s + self.age_s {
-            at_s if at_s < first_s => (first, at_s),
-            at_s if at_s < second_s => (second, at_s - first_s),
-            at_s => (third, at_s - second_s),
-        };
-        arc.carried_on(after_s).position
-    }
-
-    fn fastest_m_s(&self) -> f64 {
-        self.arcs[0].speed_m_s.max(self.arcs[1].speed_m_s)
-    }
-}
-
 impl Keeper<'_> {
     /// What to fly in the place of what is wanted, which is inside the limits, and whom that avoids, if anybody.
     ///
-    /// `altitude_m` is what it is to climb to, `intent_of` what another one is about to fly if it does as its group needs.
+    /// `altitude_m` is what it is to climb to, `intent_of` what another one is about to fly if it does as its group needs,
+    /// `is_allowed` tells what may be flown at all.
     pub(crate) fn keep_apart(
         &self,
         (wanted, steering): (Command, Option<&Steering>),
         altitude_m: Option<f64>,
         others: impl Iterator<Item = Other>,
         intent_of: impl Fn(UavId) -> Option<Intent>,
+        is_allowed: impl Fn(Command) -> bool,
     ) -> (Command, Option<Avoidance>) {
         let levels = self.levels_m(altitude_m);
         let others = others.filter(|other| !self.is_apart(levels, other));
@@ -207,9 +138,10 @@ impl Keeper<'_> {
             return (wanted, None);
         }
         let intent = steering.map_or(Intent::held(wanted), |steering| Intent::of(wanted, self.own.heading, steering));
-        match self.shortfall(intent, &near) {
+        let course = Course::of(self.own, intent, self.uav.turn_rate_lag_s, 0.0);
+        match shortfall(&course, &near, f64::INFINITY) {
             (_, None) => (wanted, None),
-            (_, avoidance) => (self.nearest_command(wanted, &near), avoidance),
+            (_, avoidance) => (self.nearest_command((wanted, course), &near, is_allowed), avoidance),
         }
     }
 
@@ -245,6 +177,15 @@ impl Keeper<'_> {
         })
     }
 
+    /// It may come near while it is heard of; who is so far away that it cannot is left out of all else.
+    #[inline]
+    pub(crate) fn may_come_near(&self, other: &UavState) -> bool {
+        let spare_m = SPARE_M + SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * AHEAD_S);
+        let flown_m = self.uav.speed_max_m_s() * AHEAD_S + other.speed_m_s.abs() * (AHEAD_S + SILENT_MAX_S);
+        let far_m = CLIMB_CLEAR_MINIMA * self.separation.minimum_m + spare_m + flown_m;
+        self.own.position.squared_distance_m2(other.position) < far_m * far_m
+    }
+
     /// What is to be kept of another one, unless it is too far away to matter: of lower id, this UAV gives way.
     fn near(&self, other: &Other, intent_of: impl Fn(UavId) -> Option<Intent>) -> Option<Near> {
         let Other { uav, said, age_s } = other;
@@ -271,44 +212,61 @@ impl Keeper<'_> {
             // It avoids somebody, and will be back.
             Some(intent) => Intent { for_s: AVOIDING_S, then_rad_s: intent.then_rad_s, ..flown },
         };
-        let path = Path::of(said, intent, self.uav.turn_rate_lag_s, age_s);
-        Some(Near { uav: *uav, path, ahead_s, wanted_m, growth_m_s })
+        let course = Course::of(said, intent, self.uav.turn_rate_lag_s, age_s);
+        Some(Near { uav: *uav, course, ahead_s, wanted_m, growth_m_s })
     }
 
-    /// The command that costs least.
+    /// The command that costs least; what is wanted if nothing else may be flown.
     #[cold]
-    fn nearest_command(&self, wanted: Command, near: &[Near]) -> Command {
+    fn nearest_command(
+        &self,
+        (wanted, course): (Command, Course),
+        near: &[Near],
+        is_allowed: impl Fn(Command) -> bool,
+    ) -> Command {
         let mut best = (f64::INFINITY, wanted);
         for (effort, command) in COSTS.alternatives(self.uav, self.own.turn_rate_rad_s, wanted) {
-            if effort < best.0 {
-                let cost = effort + SHORTFALL_COST * self.shortfall(Intent::held(command), near).0;
-                best = if cost < best.0 { (cost, command) } else { best };
+            // Whatever falls shorter than that costs more.
+            let short_max = (best.0 - effort) / SHORTFALL_COST;
+            if short_max <= 0.0 {
+                break;
+            }
+            let (short, _) = shortfall(&course.with(Intent::held(command)), near, short_max);
+            if short < short_max && is_allowed(command) {
+                best = (effort + SHORTFALL_COST * short, command);
             }
         }
         best.1
     }
+}
 
-    /// By which part of the wanted distance an intent falls short at most, and of whom.
-    fn shortfall(&self, intent: Intent, near: &[Near]) -> (f64, Option<Avoidance>) {
-        let own = Path::of(self.own, intent, self.uav.turn_rate_lag_s, 0.0);
-        let mut worst = (0.0, None);
-        for other in near {
-            let closing_m_s = own.fastest_m_s() + other.path.fastest_m_s() + other.growth_m_s;
-            let (mut after_s, mut spare_m, mut foretold_m) = (0.0, f64::INFINITY, f64::INFINITY);
-            while after_s < other.ahead_s {
-                let distance_m = own.at(after_s).distance_m(other.path.at(after_s));
-                let left_m = distance_m - other.growth_m_s * after_s;
-                (spare_m, foretold_m) = (spare_m.min(left_m), foretold_m.min(distance_m));
-                // Before that it cannot be nearer than it was, or than is wanted.
-                after_s += ((left_m - other.wanted_m.min(spare_m)) / closing_m_s).max(0.25);
-            }
-            let short = (other.wanted_m - spare_m) / other.wanted_m;
-            if short > worst.0 {
-                worst = (short, Some(Avoidance { from: other.uav, foretold_m }));
-            }
+/// By which part of the wanted distance a course falls short at most, and of whom; beyond so much nobody looks any further.
+fn shortfall(course: &Course, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
+    let mut worst = (0.0, None);
+    for other in near {
+        let furthest_m = other.wanted_m + other.growth_m_s * other.ahead_s;
+        if course.apart_m(&other.course, other.ahead_s) >= furthest_m {
+            continue;
         }
-        worst
+        let closing_m_s = course.fastest_m_s() + other.course.fastest_m_s() + other.growth_m_s;
+        let enough_m = other.wanted_m * (1.0 - short_max);
+        let (mut after_s, mut spare_m, mut foretold_m) = (0.0, f64::INFINITY, f64::INFINITY);
+        while after_s < other.ahead_s && spare_m >= enough_m {
+            let distance_m = course.at(after_s).distance_m(other.course.at(after_s));
+            let left_m = distance_m - other.growth_m_s * after_s;
+            (spare_m, foretold_m) = (spare_m.min(left_m), foretold_m.min(distance_m));
+            // Before that it cannot be nearer than it was, or than is wanted.
+            after_s += ((left_m - other.wanted_m.min(spare_m)) / closing_m_s).max(0.25);
+        }
+        let short = (other.wanted_m - spare_m) / other.wanted_m;
+        if short > worst.0 {
+            worst = (short, Some(Avoidance { from: other.uav, foretold_m }));
+        }
+        if short >= short_max {
+            break;
+        }
     }
+    worst
 }
 
 /// Nobody climbs or descends past who is nearer than so many minima.

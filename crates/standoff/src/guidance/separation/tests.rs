@@ -1,7 +1,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::frame::Displacement;
+use crate::angle::Angle;
+use crate::frame::{Displacement, Position};
 use crate::team::TeamParams;
 use crate::time::Duration;
 use crate::uav::{ClimbParams, Response};
@@ -75,7 +76,7 @@ fn fly(mut fliers: Vec<Flier>, seconds: f64) -> Flown {
             let mut command = wanted;
             if flier.keeps_apart {
                 altitude_m = altitude_m.map(|wanted_m| keeper.altitude_m(wanted_m, mates.clone()));
-                let (kept, avoided) = keeper.keep_apart((wanted, None), altitude_m, mates, |_| None);
+                let (kept, avoided) = keeper.keep_apart((wanted, None), altitude_m, mates, |_| None, |_| true);
                 assert_eq!(uav.limit(kept).command, kept, "inside the limits");
                 flown.avoided += usize::from(avoided.is_some());
                 command = kept;
