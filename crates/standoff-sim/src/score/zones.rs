@@ -1,8 +1,8 @@
 //! How often UAVs are where a zone does not let them, and what keeping off it costs: by where they are, whatever they thought.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use standoff::Airspace;
+use standoff::{Airspace, Position};
 
 use super::mean::Mean;
 use crate::frame::Frame;
@@ -11,8 +11,8 @@ use crate::geometry::at;
 /// All UAVs so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Zones {
-    /// Who is where which zone does not let it, since the last frame.
-    trespassing: BTreeSet<(u32, usize)>,
+    /// Where everybody was at the last frame, and which zones did not let it be there.
+    before: BTreeMap<u32, (Position, BTreeSet<usize>)>,
     violations: u64,
     /// Instants in which zones changed what a UAV flies.
     pub(super) detour: Mean,
@@ -21,13 +21,21 @@ pub(super) struct Zones {
 impl Zones {
     /// Takes in the next frame.
     pub(super) fn frame(&mut self, airspace: &Airspace, frame: &Frame) {
-        let mut trespassing = BTreeSet::new();
+        let mut after = BTreeMap::new();
         for uav in &frame.uavs {
             self.detour.add(f64::from(uav.border.is_some()));
-            trespassing.extend(airspace.forbidding(at(uav)).map(|zone| (uav.uav, zone)));
+            let forbidding: BTreeSet<usize> = airspace.forbidding(at(uav)).collect();
+            // Whoever comes out of a zone, or flies over its corner from one instant to the next, crosses its outline, too.
+            let mut met = forbidding.clone();
+            let before = self.before.get(&uav.uav);
+            met.extend(before.into_iter().flat_map(|(was_at, _)| airspace.crossed(*was_at, at(uav))));
+            self.violations += match before {
+                Some((_, forbade)) => met.difference(forbade).count() as u64,
+                None => met.len() as u64,
+            };
+            after.insert(uav.uav, (at(uav), forbidding));
         }
-        self.violations += trespassing.difference(&self.trespassing).count() as u64;
-        self.trespassing = trespassing;
+        self.before = after;
     }
 
     /// How often one began; `None` before the first frame, and without zones.
@@ -66,5 +74,26 @@ mod tests {
         assert_eq!(count(&[100.0, 60.0, 55.0, 60.0]), (Some(0), Some(0.0)));
         assert_eq!(count(&[60.0, 40.0, 0.0, 60.0, 40.0, 600.0]), (Some(3), Some(1.0 / 6.0)));
         assert_eq!(count(&[0.0, 0.0]), (Some(1), Some(0.0)));
+    }
+
+    /// Over a corner of the keep-out, both instants outside: once, and once more on the way back. Past it: never. Out again: the one
+    /// time that it came in.
+    #[test]
+    fn what_is_flown_through_between_two_instants_is_counted_once() {
+        let airspace = Airspace::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
+        let count = |places: &[(f64, f64)]| {
+            let mut zones = Zones::default();
+            for (x_m, y_m) in places {
+                let uavs = vec![UavRow { x_m: *x_m, y_m: *y_m, ..uav_row(0) }];
+                zones.frame(&airspace, &Frame { uavs, ..Frame::default() });
+            }
+            zones.violations()
+        };
+        assert_eq!(count(&[(55.0, 40.0), (40.0, 55.0)]), Some(1));
+        assert_eq!(count(&[(55.0, 40.0), (40.0, 55.0), (20.0, 55.0), (55.0, 40.0)]), Some(2));
+        assert_eq!(count(&[(55.0, 46.0), (46.0, 55.0)]), Some(0));
+        assert_eq!(count(&[(60.0, 0.0), (45.0, 0.0), (60.0, 0.0)]), Some(1));
+        // Across the keep-out, and over the keep-in's outline and back.
+        assert_eq!(count(&[(60.0, 0.0), (-60.0, 0.0), (600.0, 60.0), (-60.0, 60.0)]), Some(2));
     }
 }

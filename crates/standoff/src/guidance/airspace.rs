@@ -136,6 +136,14 @@ impl Airspace {
         self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.forbids(at)).map(|(number, _)| number)
     }
 
+    /// The zones whose outline the straight way between two places crosses, or touches, by ascending number.
+    pub fn crossed(&self, from: Position, to: Position) -> impl Iterator<Item = usize> {
+        let reach_m = from.distance_m(to) + SAME_M;
+        let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(from, reach_m));
+        let meets = move |side: Side| squared_between_m2((from, to), (side.from, side.to)) == 0.0;
+        near.filter(move |(number, bounded)| bounded.zone.sides(*number).any(meets)).map(|(number, _)| number)
+    }
+
     /// Every side that is nearer to a place than so much.
     pub(crate) fn sides_near(&self, at: Position, reach_m: f64) -> impl Iterator<Item = Side> {
         let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(at, reach_m));
@@ -322,6 +330,20 @@ mod tests {
         assert_eq!(airspace.forbidding(at(25.0)).collect::<Vec<_>>(), [1]);
         assert!(airspace.allows(at(75.0)));
         assert_eq!(airspace.forbidding(at(125.0)).collect::<Vec<_>>(), [0]);
+    }
+
+    /// Over a corner, with both ends outside; past it; and into the notch of an L, which is outside, from one arm to the other.
+    #[test]
+    fn a_straight_way_tells_whose_outline_it_crosses() {
+        let airspace = Airspace::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepIn, &L)]).unwrap();
+        let crossed = |from: (f64, f64), to: (f64, f64)| {
+            airspace.crossed(Position::from_m(from.0, from.1), Position::from_m(to.0, to.1)).count()
+        };
+        assert_eq!(crossed((-5.0, 10.0), (10.0, -5.0)), 2);
+        assert_eq!(crossed((-5.0, 4.0), (4.0, -5.0)), 0);
+        assert_eq!(crossed((50.0, 200.0), (200.0, 50.0)), 2);
+        assert_eq!(crossed((50.0, 200.0), (50.0, 50.0)), 0);
+        assert_eq!(crossed((150.0, 200.0), (250.0, 200.0)), 0);
     }
 
     #[test]
