@@ -26,9 +26,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from check_equations import (
-    POSITION, ROUNDING, VELOCITY, circle_spread, direction, equation_7, equation_15, equations_13_20, equation_22,
-    equations_28_29, is_by_circle, last_furthest, lemma_3_1, main, margin_in_metres, needed_radius, smallest_circle, unit,
-    wanted_state, wrap)
+    POSITION, ROUNDING, VELOCITY, Outline, circle_spread, climb_of, direction, equation_7, equation_15, equations_13_20,
+    equation_22, equations_28_29, is_by_circle, last_furthest, lemma_3_1, main, margin_in_metres, minima, needed_radius,
+    smallest_circle, unit, wanted_state, wrap)
 
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
 FILLED = 0.85  # of the largest radius: what others' orbits may need to hold the members of a group that is wound up
@@ -726,17 +726,74 @@ def ln_det(information):
     return np.clip(np.nan_to_num(value, nan=LN_DET_FLOOR), LN_DET_FLOOR, -LN_DET_FLOOR)
 
 
+CLEAR_MINIMA = 6.0  # nobody climbs or descends past who is nearer than so many least distances
+
+
 def check_altitudes(record, compare):
-    """A group keeps its altitude; a new one takes the lowest that is free."""
-    rules, altitudes = record.scenario["groups"], {}
+    """A group keeps its altitude; a new one takes the lowest that is free; or each UAV has its own, or all have one."""
+    rules, altitudes, climb = record.scenario["groups"], {}, climb_of(record.scenario)
+    lowest, step = rules["altitude_lowest_m"], rules["altitude_step_m"]
     for time in record.times:
         altitudes = {group: altitudes[group] for group in record.groups[time] if group in altitudes}
         for group, row in record.groups[time].items():
-            steps = (rules["altitude_lowest_m"] + rules["altitude_step_m"] * step for step in range(len(altitudes) + 1))
-            altitudes.setdefault(group, next(altitude for altitude in steps if altitude not in altitudes.values()))
+            free = next(altitude for altitude in (lowest + step * n for n in range(len(altitudes) + 1))
+                        if altitude not in altitudes.values() or rules["altitudes"] == "one")
+            altitudes.setdefault(group, free)
             compare("altitude of a group", row.altitude_m, altitudes[group])
-        for uav in record.uavs[time].values():
-            compare("altitude asked of a UAV", uav.altitude_m, altitudes.get(uav.group))
+        uavs = record.uavs[time]
+        for uav in uavs.values():
+            wanted = {"by-group": altitudes.get(uav.group), "by-uav": lowest + step * uav.uav, "one": lowest}[rules["altitudes"]]
+            if climb and wanted is not None:
+                wanted = np.clip(wanted, climb["altitude_min_m"], climb["altitude_max_m"])
+            if "separation" in record.scenario and wanted is not None and uav.altitude_m != wanted:
+                # It waits for who is in between and near.
+                clear, vertical = (minima(record)[key] for key in ["minimum_m", "vertical_m"])
+                near = [other for other in uavs.values() if other is not uav
+                        and np.hypot(*(other.position - uav.position)) < CLEAR_MINIMA * clear]
+                compare("altitude asked of a UAV that has nobody to wait for", 0, not near)
+                past = [np.sign(wanted - uav.flown_altitude_m) * (uav.altitude_m - end)
+                        for end in [uav.flown_altitude_m, wanted]]
+                compare("altitude asked of a UAV that waits, out of its way", 0, not past[0] >= 0 >= past[1])
+                height = min([abs(other.flown_altitude_m - uav.altitude_m) for other in near], default=0.0)
+                stays = uav.altitude_m == uav.flown_altitude_m
+                compare("altitude asked of a UAV that waits, too near", 0, height < vertical * (1 - 1e-9) and not stays)
+            else:
+                compare("altitude asked of a UAV", uav.altitude_m, wanted)
+
+
+PLACES = 72  # of an orbit, of which each may be in a zone or not
+
+
+def orbit_left(outlines, row):
+    """Which share of an orbit zones leave, and the first that takes some."""
+    angles = 2 * np.pi * np.arange(PLACES) / PLACES
+    places = [row.position + row.standoff_distance_m * unit(angle) for angle in angles]
+    taking = [[number for number, outline in enumerate(outlines) if outline.forbids(at)] for at in places]
+    return np.mean([not zones for zones in taking]), next((zones[0] for zones in taking if zones), None)
+
+
+def cut(left, was):
+    """What zones leave of an orbit in words; what was told is taken back with some room to spare."""
+    barred, in_part = {"orbit-clear": (0.05, 0.95), "orbit-cut": (0.05, 0.99), "orbit-barred": (0.15, 0.99)}[was]
+    return "orbit-barred" if left < barred else "orbit-cut" if left < in_part else "orbit-clear"
+
+
+def check_cuts(record, compare):
+    """What is told of orbits of which zones take a part."""
+    outlines, cuts = [Outline(zone) for zone in record.scenario.get("zones", [])], {}
+    for time in record.times:
+        old, cuts, expected = cuts, {}, []
+        for group, row in record.groups[time].items() if outlines else []:
+            left, zone = orbit_left(outlines, row)
+            was = old.get(group, "orbit-clear")
+            cuts[group] = now = cut(left, was)
+            if now != was:
+                expected.append((now, group, None if now == "orbit-clear" else zone,
+                                 round(left, 9) if now == "orbit-cut" else None))
+        told = [(event.kind, event.group, event.zone,
+                 None if event.clear_fraction is None else round(event.clear_fraction, 9))
+                for event in record.events[time] if event.kind in ["orbit-cut", "orbit-barred", "orbit-clear"]]
+        compare("zones: cut orbits not recorded, or others", 0, differing(told, expected))
 
 
 def check_alarms(record, compare):
@@ -766,10 +823,10 @@ def check_alarms(record, compare):
             words = [("orbit-feasible", "orbit-infeasible"), ("uavs-apart", "uavs-close")]
             expected += [(kinds[now], group) for kinds, was, now in zip(words, (infeasible, close), alarms[group])
                          if now != was]
-        told = [(event.kind, event.group) for event in record.events[time]
-                if event.kind.startswith(("orbit-", "uavs-"))]
+        alarming = ["orbit-feasible", "orbit-infeasible", "uavs-apart", "uavs-close"]
+        told = [(event.kind, event.group) for event in record.events[time] if event.kind in alarming]
         compare("alarms not recorded, or others", 0, differing(told, expected))
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:], __doc__, [check_places, check_crews, check_altitudes, check_alarms]))
+    sys.exit(main(sys.argv[1:], __doc__, [check_places, check_crews, check_altitudes, check_alarms, check_cuts]))

@@ -176,8 +176,48 @@ def check_kinematics(record, compare):
     compare(f"{which}: position", after[:2], computed[:2])
     compare.angle(f"{which}: heading", after[2], computed[2])
     compare(f"{which}: speed and turn rate", after[3:], computed[3:])
+    check_climbs(record, [pair for pair in pairs if pair[0].flown_altitude_m is not None], compare)
     over = np.abs(commands.T - [uavs["speed_m_s"], 0.0]) - [uavs["speed_change_max_m_s"], uavs["turn_rate_max_rad_s"]]
     compare("(2, 3) commands within their limits", 0.0, np.maximum(over, 0.0).max())
+
+
+def climb_of(scenario):
+    """How UAVs climb, as docs/separation.md has it unless the scenario says so; None: they do not."""
+    default = {"rate_max_m_s": 3.0, "lag_s": 1.0, "altitude_min_m": 50.0, "altitude_max_m": 3000.0}
+    return scenario["uavs"].get("climb", default if "separation" in scenario else None)
+
+
+def check_climbs(record, pairs, compare):
+    """Altitudes flown: a lag on the rate of climb, as (1) has for the turn rate; the rate asked for closes in on the altitude
+    asked for over four lags and two periods, which overshoots none."""
+    climb, period = climb_of(record.scenario), record.period
+    flown = sum(row.flown_altitude_m is not None for rows in record.uavs.values() for row in rows.values())
+    compare("altitudes flown", flown, sum(map(len, record.uavs.values())) if climb else 0)
+    if not pairs:
+        return
+    level = lambda row: (row.flown_altitude_m, row.climb_rate_m_s)
+    before, after = (np.array([level(pair[i]) for pair in pairs]).T for i in [0, 1])
+    way = np.array([0.0 if row.altitude_m is None else
+                    np.clip(row.altitude_m, climb["altitude_min_m"], climb["altitude_max_m"]) - row.flown_altitude_m
+                    for row, _ in pairs])
+    fastest, lag = climb["rate_max_m_s"], climb["lag_s"]
+    asked = np.clip(way / (4 * lag + 2 * period), -fastest, fastest)
+    rates = np.array([[0.0, 1.0, 0.0], [0.0, -1.0 / lag, 1.0 / lag], [0.0, 0.0, 0.0]])
+    computed = expm(rates * period) @ np.array([*before, asked])
+    compare("climbing: altitude flown", after[0], computed[0])
+    compare("climbing: rate of climb", after[1], computed[1])
+    ends = np.maximum(np.abs(way), np.abs(before[1]) * lag)
+    past = np.sign(way) * (after[0] - before[0]) - ends
+    compare("climbing: an altitude overshot", 0.0, np.maximum(past, 0.0).max(), tolerance=1e-6)
+    compare("climbing: faster than the limit", 0.0, np.maximum(np.abs(after[1]) - fastest, 0.0).max())
+    groups = record.scenario["groups"]
+    for row in record.uavs[record.times[0]].values():
+        # Where the scenario says; else at its own altitude, or the lowest.
+        steps = row.uav if groups["altitudes"] == "by-uav" or "radio" in record.scenario and groups["altitudes"] != "one" else 0
+        first = np.clip(groups["altitude_lowest_m"] + steps * groups["altitude_step_m"],
+                        climb["altitude_min_m"], climb["altitude_max_m"])
+        start = record.scenario["uavs"]["at"][row.uav].get("altitude_m", first)
+        compare("climbing: at the first instant", [row.climb_rate_m_s, row.flown_altitude_m], [0.0, start])
 
 
 def equations_5_6(model, period):
@@ -779,8 +819,11 @@ def check_guidance(record, compare):
             if guidance["speed_reference"] == "centre":
                 wanted = np.hypot(*(group.velocity + wanted * field))
             speed = np.clip(wanted, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
-            compare("(35, 2) speed command", row.speed_command_m_s, speed)
-            compare("(2) speed limited", row.speed_limited, speed != wanted)
+            changed = row.avoids is not None or row.border is not None
+            if not changed:
+                compare("(35, 2) speed command", row.speed_command_m_s, speed)
+            if row.border is None:
+                compare("(2) speed limited", row.speed_limited, speed != wanted)
 
             over_ground, too_fast = equations_28_29(field, group.velocity, speed)
             desired = direction(over_ground)
@@ -799,11 +842,65 @@ def check_guidance(record, compare):
             turn_rate = -guidance["heading_gain_1_s"] * wrap(row.heading_rad - desired) + feedforward
             turn_rate -= guidance["turn_rate_gain"] * (row.turn_rate_rad_s - feedforward)
             limited = np.clip(turn_rate, -turn_rate_max, turn_rate_max)
-            compare("(24, 3) turn rate command", row.turn_rate_command_rad_s, limited, tolerance=tolerance)
-            compare("(3) turn rate limited", row.turn_rate_limited, turn_rate != limited)
+            if changed:
+                # What is flown counts, whatever asked for it.
+                compare("(3) turn rate limited, of a changed command", row.turn_rate_limited,
+                        abs(row.turn_rate_command_rad_s) >= turn_rate_max)
+            else:
+                compare("(24, 3) turn rate command", row.turn_rate_command_rad_s, limited, tolerance=tolerance)
+                compare("(3) turn rate limited", row.turn_rate_limited, turn_rate != limited)
+            if changed and row.border is None:
+                # Of 17 turn rates and 7 speeds, and what the law wants.
+                turns = np.append(np.linspace(-turn_rate_max, turn_rate_max, 17), limited)
+                speeds = np.append(uavs["speed_m_s"] + np.linspace(-change_max, change_max, 7), speed)
+                compare("separation: a command that is none of those tried", 0.0,
+                        [np.abs(turns - row.turn_rate_command_rad_s).min(), np.abs(speeds - row.speed_command_m_s).min()],
+                        tolerance=tolerance)
             # The radial speed is the one flown, relative to the centre.
             threshold = lemma_3_1(r, (over_ground - group.velocity) @ unit(phase), radius, rate)
             compare("Lemma 3.1: threshold", row.convergence_threshold_m2_s, threshold)
+
+
+AHEAD_S = 8.0  # how far ahead a UAV looks for others
+SPARE_M = 20.0  # it keeps so much more than the least distance from others of higher id
+SPARE_LATE_M = 5.0  # and from others of lower id, which give way to it
+ONE_AVOIDANCE_S = 5.0  # who has not kept away from another for longer begins anew
+
+
+def check_avoidance(record, compare):
+    """Who keeps away from whom has somebody to keep away from, and is told of once."""
+    scenario, last = record.scenario, {}
+    heard_at_once = "radio" not in scenario
+    told = sum(row.avoids is not None for rows in record.uavs.values() for row in rows.values())
+    compare("separation: avoidance where there is none", 0, 0 if "separation" in scenario else told)
+    compare("zones: kept off where there are none", 0, sum(
+        not 0 <= row.border < len(scenario.get("zones", []))
+        for rows in record.uavs.values() for row in rows.values() if row.border is not None))
+    for time, uavs in record.uavs.items():
+        began = []
+        for row in uavs.values():
+            compare("separation: whom and how near go together", row.avoids is None, row.foretold_m is None)
+            if row.avoids is None:
+                continue
+            compare("separation: an avoided UAV that is none", 0, row.avoids not in uavs or row.avoids == row.uav)
+            since = last.get(row.uav)
+            if since is None or since[0] != row.avoids or time - since[1] > ONE_AVOIDANCE_S * 1e6:
+                began.append((f"{row.uav} {row.avoids:.0f}", row.foretold_m))
+            last[row.uav] = row.avoids, time
+            if not heard_at_once or row.avoids not in uavs:
+                continue
+            least, other = minima(record), uavs[row.avoids]
+            wanted = least["minimum_m"] + (SPARE_M if row.uav < row.avoids else SPARE_LATE_M)
+            compare("separation: foretold further than is wanted, m", 0.0, max(row.foretold_m - wanted, 0.0))
+            apart = np.hypot(*(row.position - other.position))
+            compare("separation: foretold further than they are, m", 0.0, max(row.foretold_m - apart, 0.0), tolerance=1e-6)
+            # By what both can be at until then: the avoiding one on its way to what it is asked for.
+            own = [row.flown_altitude_m, row.altitude_m or row.flown_altitude_m]
+            reach = 2.0 * abs(row.climb_rate_m_s) + AHEAD_S * abs(other.climb_rate_m_s)
+            between = max(min(own) - other.flown_altitude_m, other.flown_altitude_m - max(own)) - reach
+            compare("separation: kept away from who is far in height, m", 0.0, max(between - least["vertical_m"], 0.0))
+        events = [(event.uavs, event.distance_m) for event in record.events[time] if event.kind == "avoidance"]
+        compare("separation: avoidances not told, or others", 0, len(set(events) ^ set(began)))
 
 
 def check_metrics(record, compare):
@@ -840,7 +937,7 @@ def check_metrics(record, compare):
         longest = max([longest, *streak.values()])
     metrics["out_of_view_longest_s"] = longest * record.period
     metrics |= bound_metrics(record) | innovation_metrics(record) | surprise_metrics(record)
-    metrics |= calm_metrics(record) | custody_metrics(record) | separation_metrics(record)
+    metrics |= calm_metrics(record) | custody_metrics(record) | separation_metrics(record) | zone_metrics(record)
     for name in sorted(record.metrics):
         compare(f"metric {name}", record.metrics[name], metrics.get(name))
 
@@ -892,6 +989,49 @@ def separation_metrics(record):
                 now.add((one.uav, other.uav))
         times, near = times + len(now - near), now
     return {"separation_violations": times, "separation_time_s": avoiding * record.period} if pairs else {}
+
+
+class Outline:
+    """A zone, by angles and by straight lines."""
+
+    def __init__(self, zone):
+        self.corners, self.is_keep_out = np.array(zone["points"], float), zone["kind"] == "keep-out"
+
+    def forbids(self, at):
+        """Inside, the outline goes once around the place."""
+        towards = np.arctan2(*(self.corners - at).T[::-1])
+        around = np.sum(wrap(np.diff(towards, append=towards[0])))
+        return (abs(around) > np.pi) == self.is_keep_out
+
+    def crossed(self, start, end):
+        """The straight piece and some side of the outline have a place in common."""
+        sides = np.roll(self.corners, -1, axis=0) - self.corners
+        for corner, side in zip(self.corners, sides):
+            system = np.column_stack([end - start, -side])
+            if abs(np.linalg.det(system)) > 1e-12:
+                shares = np.linalg.solve(system, corner - start)
+                if np.all((0.0 <= shares) & (shares <= 1.0)):
+                    return True
+        return False
+
+
+def zone_metrics(record):
+    """How often UAVs come where a zone does not let them, or are between two instants; and how often zones change what is
+    flown."""
+    outlines = [Outline(zone) for zone in record.scenario.get("zones", [])]
+    if not outlines:
+        return {}
+    rows = [row for uavs in record.uavs.values() for row in uavs.values()]
+    places, times = defaultdict(list), 0
+    for row in rows:
+        places[row.uav].append(row.position)
+    for flown in places.values():
+        for outline in outlines:
+            forbidden = [outline.forbids(at) for at in flown]
+            crossed = [outline.crossed(a, b) for a, b in zip(flown, flown[1:])]
+            times += forbidden[0] + sum(not was and (now or met) for was, now, met in
+                                        zip(forbidden, forbidden[1:], crossed))
+    return {"zone_violations": times, "zone_detour_fraction": np.mean([row.border is not None for row in rows])}
 
 
 def custody_metrics(record):
@@ -1094,4 +1234,4 @@ def is_member(record, time, target):
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:], __doc__, [
         check_kinematics, check_target_model, check_tracks, check_groups, check_guidance, check_measurements,
-        check_metrics]))
+        check_avoidance, check_metrics]))
