@@ -94,6 +94,6 @@ mod tests {
         assert_eq!(count(&[(55.0, 46.0), (46.0, 55.0)]), Some(0));
         assert_eq!(count(&[(60.0, 0.0), (45.0, 0.0), (60.0, 0.0)]), Some(1));
         // Across the keep-out, and over the keep-in's outline and back.
-        assert_eq!(count(&[(60.0, 0.0), (-60.0, 0.0), (600.0, 60.0), (-60.0, 60.0)]), Some(2));
+        assert_eq!(count(&[(60.0, 0.0), (-60.0, 0.0), (-60.0, 60.0), (600.0, 60.0), (-60.0, 60.0)]), Some(2));
     }
 }
