@@ -77,6 +77,12 @@ def check_times(what, recorded, messages, compare):
     compare(f"{what}: instants that differ", 0, len(set(recorded) ^ set(messages)))
 
 
+def height(row):
+    """Of a UAV, as it is flown, or else as it is asked for; all else is on the ground."""
+    flown, asked = (getattr(row, name, None) for name in ["flown_altitude_m", "altitude_m"])
+    return asked or 0.0 if flown is None else flown
+
+
 def check_poses(topics, record, compare):
     transforms = topics.pop("/tf")
     check_times("/tf", record.uavs, transforms, compare)
@@ -86,7 +92,7 @@ def check_poses(topics, record, compare):
         compare("/tf: UAVs that differ", 0, len(set(sent) ^ {f"uav-{uav}" for uav in rows}))
         for uav, row in rows.items():
             transform, pose = sent[f"uav-{uav}"], only(poses[uav][time])
-            place = [row.x_m, row.y_m, row.altitude_m or 0.0]
+            place = [row.x_m, row.y_m, height(row)]
             for what, stamp, position, turned in [
                     ("/tf", transform.timestamp, transform.translation, transform.rotation),
                     ("pose", pose.timestamp, pose.pose.position, pose.pose.orientation)]:
@@ -110,7 +116,7 @@ def check_points(topics, record, compare):
                                "offsets": [field.offset for field in cloud.fields], "itemsize": cloud.point_stride})
             points, recorded = np.frombuffer(cloud.data, layout), [row for _, row in sorted(rows[time].items())]
             compare(f"/points/{kind}: ids that differ", 0, list(points[key]) != sorted(rows[time]))
-            places = [[row.x_m, row.y_m, getattr(row, "altitude_m", None) or 0.0] for row in recorded]
+            places = [[row.x_m, row.y_m, height(row)] for row in recorded]
             compare(f"/points/{kind}: places", places, np.array([points[axis] for axis in "xyz"]).T, tolerance=1e-7)
 
 
@@ -165,6 +171,7 @@ def check_scene(topics, record, compare):
         shown |= {entity.id: entity for entity in update.entities}
         kinds = {"uav": record.uavs, "truth": record.truth, "track": record.tracks, "group": record.groups}
         there = {f"{kind}/{key}": row for kind, rows in kinds.items() for key, row in rows[time].items()}
+        there |= {f"zone/{number}": zone for number, zone in enumerate(record.scenario.get("zones", []))}
         compare("/scene: entities that differ", 0, len(set(there) ^ set(shown)))
         for name, row in there.items():
             entity = shown[name]
@@ -213,7 +220,13 @@ def check_group(entity, row, _, compare):
     compare("/scene: orbit, altitude", row.altitude_m, circle[:, 2])
 
 
-SHAPES = {"uav": check_uav, "truth": check_truth, "track": check_track, "group": check_group}
+def check_zone(entity, zone, _, compare):
+    compare("/scene: corners of a zone", zone["points"], points(only(entity.lines))[:, :2])
+    told = {pair.key: pair.value for pair in entity.metadata}
+    compare("/scene: words about a zone that differ", 0, told != {"kind": zone["kind"], "name": zone.get("name", "")})
+
+
+SHAPES = {"zone": check_zone, "uav": check_uav, "truth": check_truth, "track": check_track, "group": check_group}
 
 
 def check_log(topics, record, compare):

@@ -18,7 +18,8 @@ import numpy as np
 from check_equations import POSITION, Record, direction, equation_15, equations_5_6, in_view, inverse, jacobian
 from check_equations import looking, looks_by_target, stacked, true_centre, wrap
 
-UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m"]
+UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m",
+        "avoids", "foretold_m", "border"]
 GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
 TARGETS = ["status", "place", "group", "to_group"]
 

@@ -53,7 +53,7 @@ class NothingToGuide(Law):
 
 
 @pytest.mark.parametrize("law", [Nothing, NothingForAll, NothingToAssign, NothingToGuide])
-@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out"])
+@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out", "tour/09-apart"])
 def test_a_law_that_wants_nothing_is_the_product(law: type[Law], scenario: str) -> None:
     ours, theirs = standoff.run(scenario), standoff.run(scenario, law=law)
     assert theirs.metrics == ours.metrics
@@ -141,6 +141,40 @@ def test_a_picture_is_what_the_record_says_the_team_believed() -> None:
     assert np.array_equal(
         np.concatenate([one.standoff_distance_m for one in Watcher.seen]), groups.to_numpy("standoff_distance_m")
     )
+
+
+class Level(Watcher):
+    """Writes down altitudes: its own, those that are told, and those of the picture."""
+
+    briefings: list[Briefing] = []
+    levels: list[tuple[float, int, float | None, float | None]] = []
+
+    def decide(self, observation: Observation) -> None:
+        Level.briefings.append(self.briefing)
+        rows = [(observation.uav, observation.altitude_m, observation.climb_rate_m_s)]
+        rows += [(report.uav, report.altitude_m, report.climb_rate_m_s) for report in observation.reports]
+        Level.levels += [(observation.time_s, *row) for row in rows]
+        picture = observation.picture
+        assert picture is not None
+        if observation.altitude_m is None:
+            assert picture.uav_vertical is None
+        else:
+            assert picture.uav_vertical[picture.uav == observation.uav].tolist() == [[row for row in rows[0][1:]]]
+
+
+def test_a_law_sees_altitudes_and_zones() -> None:
+    Level.levels, Level.briefings = [], []
+    run = standoff.run(standoff.Scenario("tour/09-apart", set={"groups.altitudes": "by-group"}), law=Level)
+    names = ["time_s", "uav", "flown_altitude_m", "climb_rate_m_s"]
+    flown = set(zip(*(run.uavs.to_numpy(name).tolist() for name in names), strict=True))
+    assert set(Level.levels) == flown and len({altitude_m for _, _, altitude_m, _ in flown}) > 10
+    (zone,) = Level.briefings[0].zones
+    assert (zone.name, zone.kind) == ("field", "keep-out")
+    assert zone.points.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
+    # Where altitudes are not flown and there are no zones, there is nothing to see.
+    Level.levels = []
+    standoff.run(SCENARIO, law=Level)
+    assert {row[2:] for row in Level.levels} == {(None, None)} and Level.briefings[-1].zones == []
 
 
 class Slow(Law):

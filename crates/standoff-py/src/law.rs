@@ -20,7 +20,7 @@ use standoff_sim::scenario::Scenario;
 
 pub(crate) use asked::Asked;
 pub(crate) use believed::Tracks;
-pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture};
+pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture, Zone};
 
 use crate::failure::InputError;
 
@@ -90,7 +90,7 @@ pub(crate) fn mission(
     let uavs = scenario.uavs.len();
     let nothing = PyTuple::empty(py);
     let make = |uav: Option<u32>| {
-        let briefing = (Briefing::of(scenario, uav),).into_pyobject(py)?;
+        let briefing = (Briefing::of(py, scenario, uav)?,).into_pyobject(py)?;
         asked.ask(law, briefing, "made", nothing.clone()).map(Bound::unbind)
     };
     let kind = Kind::of(&whose(law, || make(Some(0)))?)?;
@@ -104,6 +104,7 @@ pub(crate) fn mission(
         InputError::new_err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     };
     let fleet = kind.has_fleet().then(|| Fleet::new(team)).transpose().map_err(refused)?;
+    let fleet = fleet.map(|fleet| fleet.with_airspace(scenario.settings.airspace.clone()));
     let fleet = match (fleet, kind.replaces) {
         (Some(fleet), Replaces::Assignment) => {
             Some(fleet.assigned_by(Arc::new(OwnAssignment { law: laws[0].clone_ref(py), asked: Arc::clone(asked) })))

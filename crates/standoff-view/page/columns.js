@@ -19,7 +19,14 @@ const UAV_COLUMNS = [
   ["line_of_sight_deg", "Line of sight (\u00b0)", (uav) =>
     uav.out ? `out since ${uav.out.since_s.toFixed(1)} s` : fixed(uav.line_of_sight_rad * DEGREES, 1),
     "Largest angle, at the UAV, between its boresight and the true place of a member of its group; beyond half the field of view it is not seen"],
+  ["keeps_off", "Keeps off", (uav) => [uav.avoids === null ? "" : avoidsWords(uav), uav.zone].filter(Boolean).join(", "),
+    "The UAV from which it keeps away, and how near they would have come as it foretold; the zone because of which it flies another way"],
 ];
+
+/** Whom a UAV avoids. */
+function avoidsWords({ avoids, foretold_m }) {
+  return `UAV ${avoids}${Number.isNaN(foretold_m) ? "" : ` (${foretold_m.toFixed(0)} m foretold)`}`;
+}
 
 const GROUP_COLUMNS = [
   ["id", "Group", (group) => `${group.id}`, "The group's number"],

@@ -11,8 +11,10 @@ class MissionMap {
     this.camera = new Camera();
     this.view = new View(this);
     this.underlay = film.head.map ? new Underlay(canvas) : null;
-    /** What can be drawn: there is not always a map of roads, nor are there always zones. */
-    this.layers = LAYERS.filter(([name]) => (name !== "underlay" || this.underlay) && (name !== "zones" || film.head.zones));
+    /** What can be drawn: there is not always a map of roads, nor are there always zones, or UAVs that keep apart. */
+    const { zones, keeps_apart } = film.head;
+    const needs = { underlay: this.underlay, zones, avoidance: keeps_apart };
+    this.layers = LAYERS.filter(([name]) => !(name in needs) || needs[name]);
     this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
     this.ruler = null;
     /** The map that this one looks where it looks; `null` if it goes its own way. */

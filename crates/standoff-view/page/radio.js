@@ -1,4 +1,5 @@
-// What there is between minds, on a map: who hears whom, and who is silent for the one whose picture is shown.
+// What there is between UAVs, on a map: who hears whom, who is silent for the one whose picture is shown, and who keeps away
+// from whom.
 
 /** Of more UAVs than this, lines between those that hear each other are drawn of the chosen one alone. */
 const MOST_LINKED = 6;
@@ -70,4 +71,25 @@ function drawSilence(map, { pen, labels, scene }) {
 function silenceWords({ owner, shown: { presence, age_s } }) {
   const since = Number.isNaN(age_s) ? "" : ` (${age_s.toFixed(1)} s)`;
   return `${presence} for UAV ${owner}${since}`;
+}
+
+/** A broken line from a UAV to the one that it keeps away from, with a dot where it begins. */
+function drawAvoidance(map, { pen, scene }) {
+  const { alarm } = palette();
+  for (const uav of scene.uavs.filter(({ avoids }) => avoids !== null)) {
+    const other = scene.uavs.find(({ id }) => id === uav.avoids);
+    if (!other) continue;
+    const [[x, y], [x2, y2]] = [uav, other].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
+    pen.strokeStyle = pen.fillStyle = alarm;
+    pen.lineWidth = 2;
+    pen.setLineDash([7, 5]);
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.lineTo(x2, y2);
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.beginPath();
+    pen.arc(x, y, 4.5, 0, 2 * Math.PI);
+    pen.fill();
+  }
 }

@@ -34,12 +34,23 @@ function uavsAt(film, time_s) {
       centre_distance_m: now("centre_distance_m"),
       standoff_error_m: now("standoff_error_m"),
       line_of_sight_rad: now("line_of_sight_rad"),
+      avoids: idOf(now("avoids")),
+      foretold_m: now("foretold_m"),
+      border: idOf(now("border")),
+      zone: zoneName(film, now("border")),
       now_x_m: now("x_m"),
       now_y_m: now("y_m"),
       out: outages(film).find((out) => out.uav === id && out.since_s <= time_s && time_s <= out.until_s) ?? null,
     });
   }
   return found;
+}
+
+/** What a zone is called, by its place; nothing for a NaN. */
+function zoneName(film, place) {
+  if (Number.isNaN(place)) return "";
+  const { name, kind } = film.head.zones?.[place] ?? {};
+  return `${kind ?? "zone"} ${name ? name.slice(0, 40) : place + 1}`;
 }
 
 /** What there is of a UAV's mind, and of it in the picture that is shown. */

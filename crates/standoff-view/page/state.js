@@ -5,8 +5,9 @@ const MOST_ROWS = 100;
 
 /** What a file of the state has of each object, as far as it has it. */
 const CSV_COLUMNS = ["kind", "id", "name", "group", "to_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
-  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "members", "standoff_distance_m",
-  "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status", "out_of_view", "error_m", "detections"];
+  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "avoids", "foretold_m",
+  "border", "members", "standoff_distance_m", "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status",
+  "out_of_view", "error_m", "detections"];
 
 /** A value as CSV has it. A text that a spreadsheet would take for a formula begins with an apostrophe. */
 function csvText(value) {

@@ -40,14 +40,35 @@ pub(crate) struct Briefing {
     radius_min_m: f64,
     /// Largest orbit, m.
     radius_max_m: f64,
+    /// The zones that UAVs keep out of, and in, as the scenario has them.
+    zones: Vec<Py<Zone>>,
+}
+
+/// A polygon that UAVs keep out of, or in.
+#[pyclass(frozen, get_all, name = "Zone", module = "standoff")]
+pub(crate) struct Zone {
+    /// What people call it; may be empty.
+    name: String,
+    /// ``"keep-out"`` or ``"keep-in"``.
+    kind: &'static str,
+    /// ``(n, 2)``: its corners in order, x_m, y_m; the last is joined to the first.
+    points: Py<PyArray2<f64>>,
+}
+
+impl Zone {
+    fn of(py: Python<'_>, zone: &standoff::Zone) -> Self {
+        let points = zone.outline.iter().flat_map(|at| [at.x_m(), at.y_m()]).collect();
+        Self { name: zone.name.clone(), kind: zone.kind.name(), points: two(py, points, 2) }
+    }
 }
 
 impl Briefing {
-    pub(crate) fn of(scenario: &Scenario, uav: Option<u32>) -> Self {
+    pub(crate) fn of(py: Python<'_>, scenario: &Scenario, uav: Option<u32>) -> PyResult<Self> {
         let settings = &scenario.settings;
         let (limits, sensor) = (&settings.team.uav, &settings.team.track.sensor);
         let standoff = &settings.team.group.standoff;
-        Self {
+        let zones = settings.airspace.zones().map(|zone| Py::new(py, Zone::of(py, zone)));
+        Ok(Self {
             uav,
             uavs: scenario.uavs.len(),
             period_s: settings.period.s(),
@@ -61,7 +82,8 @@ impl Briefing {
             bearing_sd_rad: sensor.bearing_sd_rad,
             radius_min_m: standoff.radius_min_m,
             radius_max_m: standoff.radius_max_m,
-        }
+            zones: zones.collect::<PyResult<_>>()?,
+        })
     }
 }
 
@@ -133,6 +155,10 @@ pub(crate) struct Heard {
     uav: u32,
     /// ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
     state: Py<PyArray1<f64>>,
+    /// Its altitude above the plane, m; None: altitudes are not flown.
+    altitude_m: Option<f64>,
+    /// Its rate of climb, m/s, positive upward; None as ``altitude_m``.
+    climb_rate_m_s: Option<f64>,
     /// Where its sensor pointed, rad; None: nowhere.
     boresight_rad: Option<f64>,
     /// ``(n,)``: which targets it measured, ascending.
@@ -150,6 +176,8 @@ impl Heard {
         Self {
             uav: report.uav.0,
             state: state(py, &report.state),
+            altitude_m: report.state.vertical.map(|vertical| vertical.altitude_m),
+            climb_rate_m_s: report.state.vertical.map(|vertical| vertical.climb_rate_m_s),
             boresight_rad: report.boresight.map(standoff::Angle::rad),
             target: one(py, targets),
             range_m: numbers(|detection| detection.measurement.range_m),
@@ -159,8 +187,13 @@ impl Heard {
 }
 
 fn state(py: Python<'_>, state: &UavState) -> Py<PyArray1<f64>> {
+    one(py, level(state).into())
+}
+
+/// A state but for its height, which has fields of its own.
+fn level(state: &UavState) -> [f64; 5] {
     let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical: _ } = *state;
-    one(py, vec![position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s])
+    [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s]
 }
 
 /// A target that a search aircraft hands over when it appears.
@@ -214,6 +247,10 @@ pub(crate) struct Observed {
     speed_m_s: f64,
     /// Turn rate, rad/s.
     turn_rate_rad_s: f64,
+    /// Altitude above the plane, m; None: altitudes are not flown.
+    altitude_m: Option<f64>,
+    /// Rate of climb, m/s, positive upward; None as ``altitude_m``.
+    climb_rate_m_s: Option<f64>,
     /// Its own scan; None: it is out, and its sensor is, too.
     scan: Option<Py<Heard>>,
     /// What teammates say of this instant, by ascending UAV.
@@ -252,6 +289,8 @@ impl Observed {
             heading_rad: own.heading.rad(),
             speed_m_s: own.speed_m_s,
             turn_rate_rad_s: own.turn_rate_rad_s,
+            altitude_m: own.vertical.map(|vertical| vertical.altitude_m),
+            climb_rate_m_s: own.vertical.map(|vertical| vertical.climb_rate_m_s),
             scan: scan.map(|report| Py::new(py, Heard::of(py, report))).transpose()?,
             reports: heard.iter().map(|report| Py::new(py, Heard::of(py, report))).collect::<PyResult<_>>()?,
             cues: cues.iter().map(|cue| Py::new(py, Cued::of(cue))).collect::<PyResult<_>>()?,
@@ -289,6 +328,8 @@ pub(crate) struct Picture {
     uav_group: Py<PyArray1<i64>>,
     /// ``(U, 5)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
     uav_state: Py<PyArray2<f64>>,
+    /// ``(U, 2)``: altitude_m, climb_rate_m_s; None: altitudes are not flown. NaN: a UAV does not tell its own.
+    uav_vertical: Option<Py<PyArray2<f64>>>,
 }
 
 /// The name of a group in a choice, or -1: no larger than a signed number may be.
@@ -312,9 +353,10 @@ impl Picture {
         let number =
             |group: Option<standoff::GroupId>| group.and_then(|group| kept.number(group)).map_or(-1, i64::from);
         let is_discarded = |known: &Known| matches!(known.membership, Membership::Discarded);
-        let flying = kept.team.iter().flat_map(|mate| {
-            let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical: _ } = mate.state;
-            [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s]
+        let flying = kept.team.iter().flat_map(|mate| level(&mate.state));
+        let is_flown = kept.team.iter().any(|mate| mate.state.vertical.is_some());
+        let vertical = kept.team.iter().flat_map(|mate| {
+            mate.state.vertical.map_or([f64::NAN; 2], |vertical| [vertical.altitude_m, vertical.climb_rate_m_s])
         });
         Self {
             target: whole(&|known| known.track.label.0.into()),
@@ -329,6 +371,7 @@ impl Picture {
             uav: one(py, kept.team.iter().map(|mate| i64::from(mate.uav.0)).collect()),
             uav_group: one(py, kept.team.iter().map(|mate| number(mate.group)).collect()),
             uav_state: two(py, flying.collect(), 5),
+            uav_vertical: is_flown.then(|| two(py, vertical.collect(), 2)),
         }
     }
 }

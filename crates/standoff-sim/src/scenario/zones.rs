@@ -233,6 +233,9 @@ fn zones(table: &file::Zone, polygons: Vec<(String, Rings)>) -> Result<Vec<file:
 }
 
 #[cfg(test)]
+mod fuzz;
+
+#[cfg(test)]
 mod tests {
     use std::fs;
 

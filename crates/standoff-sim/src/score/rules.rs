@@ -37,6 +37,8 @@ pub struct Rules {
     pub cue: CueError,
     /// How far apart UAVs are to be, whether they keep to it or not.
     pub separation: SeparationParams,
+    /// The team's own brain keeps them so.
+    pub keeps_apart: bool,
     /// Separation of a pair, rad.
     pub separation_rad: f64,
     /// Time between two frames, s.
@@ -64,6 +66,7 @@ impl Rules {
             noise: settings.noise,
             cue: settings.cue,
             separation: settings.team.separation.unwrap_or_default(),
+            keeps_apart: settings.team.separation.is_some(),
             separation_rad: settings.team.guidance.separation_rad,
             period_s: settings.period.s(),
             settle_s: settings.settle.s(),

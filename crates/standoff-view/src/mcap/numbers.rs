@@ -44,6 +44,12 @@ message! {
         feedforward_rad_s: [Option<f64>] = row.feedforward_rad_s,
         convergence_threshold_m2_s: [Option<f64>] = row.convergence_threshold_m2_s,
         centre_too_fast: [bool] = row.centre_too_fast,
+        altitude_m: [Option<f64>] = row.altitude_m,
+        flown_altitude_m: [Option<f64>] = row.flown_altitude_m,
+        climb_rate_m_s: [Option<f64>] = row.climb_rate_m_s,
+        avoids: [Option<u32>] = row.avoids,
+        foretold_m: [Option<f64>] = row.foretold_m,
+        border: [Option<u32>] = row.border,
     }
 }
 

@@ -30,9 +30,9 @@ pub(super) fn pose(position: Vector3, heading_rad: f64) -> Pose {
     Pose { position: Some(position), orientation: Some(Quaternion { x: 0.0, y: 0.0, z: sin(half), w: cos(half) }) }
 }
 
-/// How high a UAV is: in the plane until a group gives it an altitude.
+/// How high a UAV is; where altitudes are not flown, where it is asked to be: in the plane until a group gives it an altitude.
 pub(super) fn altitude_m(row: &UavRow) -> f64 {
-    row.altitude_m.unwrap_or(0.0)
+    row.flown_altitude_m.or(row.altitude_m).unwrap_or(0.0)
 }
 
 /// Where a UAV is.
@@ -82,7 +82,11 @@ pub(super) fn location(time_us: i64, row: &UavRow, plane: &LocalPlane) -> Option
         longitude,
         altitude: altitude_m(row),
         heading: Some(Angle::from_rad(FRAC_PI_2 - heading).rad()),
-        velocity: Some(vector(row.speed_m_s * cos(heading), row.speed_m_s * sin(heading), 0.0)),
+        velocity: Some(vector(
+            row.speed_m_s * cos(heading),
+            row.speed_m_s * sin(heading),
+            row.climb_rate_m_s.unwrap_or(0.0),
+        )),
         ..LocationFix::default()
     })
 }

@@ -1,4 +1,4 @@
-//! The scene of an instant: UAVs, vehicles, tracks and orbits. Colours tell groups, and what must not be missed.
+//! The scene of an instant: zones, UAVs, vehicles, tracks and orbits. Colours tell groups, and what must not be missed.
 
 use std::collections::BTreeSet;
 
@@ -7,12 +7,13 @@ use foxglove::messages::{
 };
 use plotters::style::RGBColor;
 use standoff::math::atan2;
+use standoff::{Zone, ZoneKind};
 use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::scenario::Scenario;
 
 use super::log::target_name;
 use super::pose::{WORLD, pose, position, timestamp, vector};
-use super::shapes::{arrow, circle, colour, cube, ellipse, sphere, text, view};
+use super::shapes::{arrow, circle, colour, cube, ellipse, outline, sphere, text, view};
 use crate::colours::{GROUPS, GroupColours};
 
 // None of the groups' colours, and told apart without red and green.
@@ -28,6 +29,8 @@ pub(super) struct Scene {
     field_of_view_rad: f64,
     sensing_range_m: f64,
     colours: GroupColours,
+    /// The same at every instant: a viewer may begin with any.
+    zones: Vec<SceneEntity>,
     /// What was shown at the last instant.
     shown: BTreeSet<String>,
 }
@@ -39,6 +42,7 @@ impl Scene {
             field_of_view_rad: sensor.field_of_view_rad,
             sensing_range_m: sensor.sensing_range_m,
             colours: GroupColours::default(),
+            zones: scenario.settings.airspace.zones().enumerate().map(|(number, of)| zone(number, of)).collect(),
             shown: BTreeSet::new(),
         }
     }
@@ -46,7 +50,7 @@ impl Scene {
     /// Everything that there is at an instant, in the place of what was shown before.
     pub(super) fn update(&mut self, frame: &Frame, target_names: &[String]) -> SceneUpdate {
         self.colours.next_instant(&frame.groups);
-        let mut entities: Vec<SceneEntity> = Vec::new();
+        let mut entities = self.zones.clone();
         entities.extend(frame.truth.iter().map(|row| truth(row, target_names)));
         entities.extend(frame.tracks.iter().map(|row| self.track(row, target_names)));
         entities.extend(frame.groups.iter().map(|row| self.orbit(row)));
@@ -126,6 +130,21 @@ impl Scene {
             texts: vec![text(vector(x, y, 20.0), label, line)],
             ..SceneEntity::default()
         }
+    }
+}
+
+/// A zone's outline on the ground, and what it is.
+fn zone(number: usize, zone: &Zone) -> SceneEntity {
+    let colour = colour(if zone.kind == ZoneKind::KeepOut { UNSEEN } else { PLAIN });
+    let corners: Vec<_> = zone.outline.iter().map(|at| vector(at.x_m(), at.y_m(), 0.0)).collect();
+    let label = [zone.kind.name(), &zone.name].join(" ");
+    let told = [("kind", zone.kind.name()), ("name", &zone.name)].map(|(key, value)| pair(key, value));
+    SceneEntity {
+        id: format!("zone/{number}"),
+        metadata: told.into(),
+        texts: corners.first().map(|at| text(*at, label.trim_end().to_owned(), colour)).into_iter().collect(),
+        lines: vec![outline(&corners, colour)],
+        ..SceneEntity::default()
     }
 }
 

@@ -53,6 +53,11 @@ pub(super) fn text(position: Vector3, text: String, colour: Color) -> TextPrimit
     }
 }
 
+/// Corners joined by straight lines, the last to the first.
+pub(super) fn outline(corners: &[Vector3], colour: Color) -> LinePrimitive {
+    closed_line(corners.iter().map(|at| Point3 { x: at.x, y: at.y, z: at.z }).collect(), colour)
+}
+
 /// A circle in a horizontal plane.
 pub(super) fn circle(centre: Vector3, radius_m: f64, colour: Color) -> LinePrimitive {
     let at = |(sin, cos)| Point3 { x: centre.x + radius_m * cos, y: centre.y + radius_m * sin, z: centre.z };

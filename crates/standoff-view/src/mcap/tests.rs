@@ -93,6 +93,27 @@ fn poses_are_those_that_were_flown() {
     }
 }
 
+/// 50 m are climbed while groups' altitudes are asked for at once; the field is drawn at every instant.
+#[test]
+fn altitudes_are_those_flown_and_zones_are_drawn() {
+    let set = ["duration_s=20", "groups.altitudes=by-group"].map(str::to_owned).into();
+    let scenario = Scenario::load("tour/09-apart", &Edits { set, ..Edits::default() }, 1).unwrap();
+    let frames = frames(&scenario);
+    let bytes = written(&scenario, &frames);
+    let uav = frames[0].uavs.iter().position(|row| row.altitude_m != row.flown_altitude_m).unwrap();
+    let poses = messages::<PoseInFrame>(&bytes, &format!("/uav/{uav}/pose"));
+    for (frame, (_, pose)) in frames.iter().zip(poses) {
+        assert_eq!(Some(pose.pose.unwrap().position.unwrap().z), frame.uavs[uav].flown_altitude_m);
+    }
+    for (_, scene) in messages::<SceneUpdate>(&bytes, "/scene") {
+        let field = entity(&scene, "zone/0");
+        let corners: Vec<_> = field.lines[0].points.iter().map(|at| (at.x, at.y)).collect();
+        assert_eq!(corners, [(650.0, -100.0), (900.0, -350.0), (1150.0, -100.0)]);
+        assert_eq!(field.texts[0].text, "keep-out field");
+        assert!(!scene.deletions.iter().any(|deletion| deletion.id == field.id));
+    }
+}
+
 #[test]
 fn points_are_where_the_tracks_are() {
     let scenario = scenario(&["duration_s=20"]);

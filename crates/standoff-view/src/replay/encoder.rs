@@ -42,6 +42,9 @@ columns! { UAV: uav(row: &UavRow, judged: &Judged<'_>) {
     speed_limited: Some(f64::from(row.speed_limited)),
     turn_rate_limited: Some(f64::from(row.turn_rate_limited)),
     centre_distance_m: row.centre_distance_m,
+    avoids: row.avoids.map(f64::from),
+    foretold_m: row.foretold_m,
+    border: row.border.map(f64::from),
     // worked out
     standoff_error_m: judged.standoff_error_m(row),
     line_of_sight_rad: judged.geometry.line_of_sight_rad(row),

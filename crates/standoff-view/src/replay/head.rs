@@ -35,6 +35,9 @@ pub struct Head {
     /// Zones that UAVs keep out of, and in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub zones: Vec<Outline>,
+    /// UAVs keep away from one another.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub keeps_apart: bool,
     /// Names of the targets by id. They come from files of strangers: the page shows them as text.
     pub targets: Vec<String>,
     /// What the run came to; empty while it flies.
@@ -108,6 +111,7 @@ impl Head {
             period_s: manifest.period_s,
             origin: manifest.origin,
             zones: limits.rules.airspace.zones().map(Outline::of).collect(),
+            keeps_apart: limits.rules.keeps_apart,
             limits,
             map: None,
             targets,
