@@ -59,6 +59,8 @@ class State {
     const rank = (target) => (choice.isChosen("target", target.id) ? 0 : concern(target) ? 1 : 2);
     const listed = [0, 1, 2].flatMap((wanted) => shown.filter((target) => rank(target) === wanted)).slice(0, MOST_ROWS);
     const isChosen = (kind) => (one) => choice.isChosen(kind, one.id);
+    // Its last column is for what UAVs keep off.
+    element("uavs").classList.toggle("free", !film.head.keeps_apart && !film.head.zones);
     rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
     rows(this.targets, TARGET_COLUMNS, listed, isChosen("target"));
