@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "Picture", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Tracks", "Worlds", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
+__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "Picture", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
 
 __version__: Final[str]
 
@@ -117,6 +117,11 @@ class Briefing:
     def uavs(self, /) -> int:
         """
         Number of UAVs, which are numbered from 0.
+        """
+    @property
+    def zones(self, /) -> list[Zone]:
+        """
+        The zones that UAVs keep out of, and in, as the scenario has them.
         """
 
 @final
@@ -471,6 +476,16 @@ class Observation:
     it, the team's picture.
     """
     @property
+    def altitude_m(self, /) -> float | None:
+        """
+        Altitude above the plane, m; None: altitudes are not flown.
+        """
+    @property
+    def climb_rate_m_s(self, /) -> float | None:
+        """
+        Rate of climb, m/s, positive upward; None as ``altitude_m``.
+        """
+    @property
     def cues(self, /) -> list[Cue]:
         """
         Targets that have just appeared.
@@ -683,12 +698,22 @@ class Picture:
         """
         ``(U, 5)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
         """
+    @property
+    def uav_vertical(self, /) -> Incomplete | None:
+        """
+        ``(U, 2)``: altitude_m, climb_rate_m_s; None: altitudes are not flown. NaN: a UAV does not tell its own.
+        """
 
 @final
 class Report:
     """
     What a teammate says of an instant: where it was, and what its sensor measured.
     """
+    @property
+    def altitude_m(self, /) -> float | None:
+        """
+        Its altitude above the plane, m; None: altitudes are not flown.
+        """
     @property
     def bearing_rad(self, /) -> Incomplete:
         """
@@ -698,6 +723,11 @@ class Report:
     def boresight_rad(self, /) -> float | None:
         """
         Where its sensor pointed, rad; None: nowhere.
+        """
+    @property
+    def climb_rate_m_s(self, /) -> float | None:
+        """
+        Its rate of climb, m/s, positive upward; None as ``altitude_m``.
         """
     @property
     def range_m(self, /) -> Incomplete:
@@ -1050,6 +1080,27 @@ class Worlds:
     def uavs(self, /) -> int:
         """
         Number of UAVs of each.
+        """
+
+@final
+class Zone:
+    """
+    A polygon that UAVs keep out of, or in.
+    """
+    @property
+    def kind(self, /) -> str:
+        """
+        ``"keep-out"`` or ``"keep-in"``.
+        """
+    @property
+    def name(self, /) -> str:
+        """
+        What people call it; may be empty.
+        """
+    @property
+    def points(self, /) -> Incomplete:
+        """
+        ``(n, 2)``: its corners in order, x_m, y_m; the last is joined to the first.
         """
 
 def _described(scenario: Any, runs: SupportsIndex, seed: SupportsIndex, metrics: str | SupportsGetItem[int, str]) -> str:
