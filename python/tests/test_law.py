@@ -143,9 +143,10 @@ def test_a_picture_is_what_the_record_says_the_team_believed() -> None:
     )
 
 
-class Level(Watcher):
+class Level(Law):
     """Writes down altitudes: its own, those that are told, and those of the picture."""
 
+    sees, replaces = "picture", "guidance"
     briefings: list[Briefing] = []
     levels: list[tuple[float, int, float | None, float | None]] = []
 
