@@ -1,7 +1,8 @@
 //! Elementary functions, from one portable source, so that results do not depend on the platform or the build.
 //!
 //! Sine, cosine and arc tangent are where a mission spends its time: for arguments of a usual size they are worked out
-//! here, by series short enough to need no branch, within 2 units in the last place of `libm`'s, which does the rest.
+//! here, by series short enough to need no branch, within 2 units in the last place of `libm`'s (the arc tangent 3, in a narrow
+//! strip beside a tangent of a half), which does the rest.
 
 use core::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4};
 pub use core::f64::consts::{PI, TAU};
@@ -189,7 +190,7 @@ mod tests {
         fn the_arc_tangent_is_libms(x in -1.0..1.0f64, y in -1.0..1.0f64, scale in -3..4i32) {
             let y = y * [1e-9, 1e-3, 1e-1, 1.0, 1e1, 1e3, 1e9][(scale + 3) as usize];
             let (got, expected) = (atan2(y, x), libm::atan2(y, x));
-            prop_assert!(close(got, expected, 2), "{y:e} / {x:e}: {got:e} {expected:e}");
+            prop_assert!(close(got, expected, 3), "{y:e} / {x:e}: {got:e} {expected:e}");
         }
 
         /// Two by two they are what they are one by one, and with the other sign of y of the other sign: to the bit.
@@ -208,6 +209,17 @@ mod tests {
             let scale = format!("1e{power}").parse::<f64>().unwrap();
             let (x, y) = (x * scale, y * scale);
             prop_assert!(close(hypot(x, y), libm::hypot(x, y), 2));
+        }
+    }
+
+    /// Beside a tangent of a half, where an eighth of a turn and what is taken from it both bring an error: of 1.5e9 draws 42,255
+    /// were 3 units off, none more. These are two.
+    #[test]
+    fn the_arc_tangent_is_worst_just_above_a_half() {
+        for (y, x) in
+            [(-0.345_697_574_213_521_3, 0.669_519_356_545_992_8), (0.345_697_574_213_521_3, 0.669_519_356_545_992_8)]
+        {
+            assert_eq!(atan2(y, x).to_bits().abs_diff(libm::atan2(y, x).to_bits()), 3);
         }
     }
 
