@@ -256,11 +256,7 @@ impl Bounded {
 
 /// Cross product, m2: positive if the second is to the left of the first.
 pub(crate) fn cross(a: Displacement, b: Displacement) -> f64 {
-    a.x_m() * b.y_m() - a.y_m() * b.x_m()
-}
-
-fn dot(a: Displacement, b: Displacement) -> f64 {
-    a.x_m() * b.x_m() + a.y_m() * b.y_m()
+    a.vector().perp(&b.vector())
 }
 
 /// Squared distance from a place to a side, m2.
@@ -270,10 +266,10 @@ pub(crate) fn squared_to_side_m2(at: Position, from: Position, to: Position) -> 
 
 /// The place on a side that is nearest.
 pub(crate) fn nearest_on_side(at: Position, from: Position, to: Position) -> Position {
-    let along = to - from;
-    let squared_m2 = dot(along, along);
-    let share = if squared_m2 > 0.0 { (dot(at - from, along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
-    from + Displacement::from_m(share * along.x_m(), share * along.y_m())
+    let (along, to_place) = ((to - from).vector(), (at - from).vector());
+    let squared_m2 = along.norm_squared();
+    let share = if squared_m2 > 0.0 { (to_place.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
+    Position::from(from.vector() + along * share)
 }
 
 /// Squared distance between two sides, m2; none where they cross.

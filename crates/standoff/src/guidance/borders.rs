@@ -131,7 +131,7 @@ impl Borders {
         if let Some(zone) = self.airspace().forbidding(own.position).next() {
             return (self.way_out(own), Some(zone));
         }
-        let sides: Vec<Side> = self.airspace().sides_near(own.position, self.reach_m).collect();
+        let sides = self.sides_near(own);
         let Some(zone) = self.refused(own, wanted, &sides) else { return (wanted, None) };
         let mut commands =
             COSTS.alternatives(&self.uav, own.turn_rate_rad_s, wanted).into_iter().map(|(_, command)| command);
@@ -141,14 +141,19 @@ impl Borders {
 
     /// A command that is within the limits may be flown.
     pub(crate) fn allows(&self, own: &UavState, command: Command) -> bool {
-        let sides: Vec<Side> = self.airspace().sides_near(own.position, self.reach_m).collect();
+        let sides = self.sides_near(own);
         self.airspace().allows(own.position) && self.refused(own, command, &sides).is_none()
     }
 
     /// From a state that is allowed there is a manoeuvre that stays so for good.
     pub(crate) fn is_safe(&self, own: &UavState) -> bool {
-        let sides: Vec<Side> = self.airspace().sides_near(own.position, self.reach_m).collect();
+        let sides = self.sides_near(own);
         self.airspace().allows(own.position) && self.unsafe_for(own, &sides).is_none()
+    }
+
+    /// Every side that matters now.
+    fn sides_near(&self, own: &UavState) -> Vec<Side> {
+        self.airspace().sides_near(own.position, self.reach_m).collect()
     }
 
     /// The zone because of which a command may not be flown.

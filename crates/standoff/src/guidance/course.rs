@@ -85,7 +85,7 @@ pub(crate) struct Course {
     begin_s: [f64; 2],
     /// Now, s after the first began.
     age_s: f64,
-    /// The hardest turn of all, and the changes of speed, by which it leaves the straight line on which it began.
+    /// The hardest turn of all, and the change of speed, by which it leaves the straight line on which it began.
     turn_m_s2: f64,
     change_m_s: f64,
 }
