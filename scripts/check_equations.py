@@ -980,7 +980,7 @@ def separation_metrics(record):
     near, times, avoiding, pairs = set(), 0, 0, False
     for time in record.times:
         uavs = list(record.uavs[time].values())
-        avoiding += sum(row.avoids is not None for row in uavs)
+        avoiding += sum(row.avoids is not None or row.avoids_intruder is not None for row in uavs)
         now = set()
         for one, other in combinations(uavs, 2):
             pairs = True

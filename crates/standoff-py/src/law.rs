@@ -217,6 +217,8 @@ impl Brain for OwnLaw {
             }
             // A law's own minds tell one another nothing of the kind.
             Message::Snapshot(_) => {}
+            // It keeps apart what it keeps apart.
+            Message::Traffic(_) => {}
         }
     }
 

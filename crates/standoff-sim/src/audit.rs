@@ -133,6 +133,8 @@ impl Audit {
             }
             // Nothing else changes what is committed while an agent hears.
             Message::Snapshot(_) => self.is_lost |= Before::of(agent, message) != *before,
+            // No matter of the picture.
+            Message::Traffic(_) => {}
         }
     }
 

@@ -52,6 +52,8 @@ pub struct Frame {
     pub detections: Vec<DetectionRow>,
     /// What happened at this instant.
     pub events: Vec<EventRow>,
+    /// Aircraft that are not of the team, by ascending number.
+    pub intruders: Vec<IntruderRow>,
     /// What each of several minds believes; nothing where one believes for all.
     pub agents: Agents,
 }
@@ -264,10 +266,31 @@ pub struct UavRow {
     pub climb_rate_m_s: Option<f64>,
     /// The UAV that it keeps away from, by flying something else than its orbit wants.
     pub avoids: Option<u32>,
+    /// The intruder that it keeps away from.
+    pub avoids_intruder: Option<u32>,
     /// How near to that it would have come, by what it foretold, m.
     pub foretold_m: Option<f64>,
     /// The zone that it keeps out of, or in, by flying something else than it would without; counted from 0.
     pub border: Option<u32>,
+}
+
+/// An aircraft that is not of the team, as it really is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IntruderRow {
+    /// Its number.
+    pub intruder: u32,
+    /// East, m.
+    pub x_m: f64,
+    /// North, m.
+    pub y_m: f64,
+    /// Heading, rad.
+    pub heading_rad: f64,
+    /// Speed, m/s.
+    pub speed_m_s: f64,
+    /// Altitude above the plane, m, where altitudes are flown.
+    pub altitude_m: Option<f64>,
+    /// It told so at this instant.
+    pub told: bool,
 }
 
 /// A target as it really is.
@@ -477,4 +500,6 @@ pub struct EventRow {
     pub clear_fraction: Option<f64>,
     /// The zone that takes the rest, counted from 0.
     pub zone: Option<u32>,
+    /// The intruder concerned.
+    pub intruder: Option<u32>,
 }

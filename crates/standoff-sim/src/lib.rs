@@ -14,6 +14,7 @@ mod frame;
 mod fuzz;
 pub mod geometry;
 mod input;
+mod intruders;
 pub mod monte_carlo;
 pub mod radio;
 pub mod record;

@@ -8,6 +8,8 @@
 //! - the delay: below a tenth of the period it is heard at the instant at which it was sent, for agents wait that long; else
 //!   at the first instant at or after its arrival. Some are heard twice, each time with a delay of its own.
 //!
+//! Aircraft that are not of the team are heard as cues are: lost, late and double alike, and from everywhere.
+//!
 //! What is heard at an instant is heard in one order: by speaker, cues last, then by when it was said, then by its number.
 //! Draws have the speaker, the receiver, the instant and the number of the message among what the speaker said as their
 //! key: no further UAV or fault changes what becomes of other messages.
@@ -42,6 +44,9 @@ pub(crate) struct Station {
 /// The speaker of cues: nobody of the team.
 const OUTSIDE: UavId = UavId(0xffff);
 
+/// Numbers of targets are below this.
+const TRAFFIC: u32 = 1 << 31;
+
 /// What carries messages, in room that lives on.
 pub(crate) struct Radio {
     /// By UAV.
@@ -50,7 +55,7 @@ pub(crate) struct Radio {
     /// Of these the first `said` count.
     messages: Vec<(UavId, Message)>,
     said: usize,
-    /// What was handed over from outside, by the number of the target.
+    /// What comes from outside, each with a number of its own at an instant: the target's, or one above those.
     cues: Vec<(u32, Message)>,
     /// `None`: it is perfect.
     air: Option<Air>,
@@ -102,6 +107,11 @@ impl Radio {
     /// A cue comes from outside.
     pub(crate) fn cue(&mut self, number: u32, message: Message) {
         self.cues.push((number, message));
+    }
+
+    /// An aircraft that is not of the team tells where it is.
+    pub(crate) fn traffic(&mut self, aircraft: u32, message: Message) {
+        self.cues.push((TRAFFIC + aircraft, message));
     }
 
     /// Tells each UAV that hears what it hears at the instant of a number, of those that are a period apart.

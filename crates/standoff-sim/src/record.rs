@@ -2,7 +2,7 @@
 //!
 //! A record holds `run.json` (what was run, by which version), `scenario.toml` (the resolved
 //! scenario) and the tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events`, `targets` and
-//! `views`, each as `<name>.parquet`; where several minds flew, what each believes, too (`agents`, `agent_tracks`,
+//! `views`, each as `<name>.parquet`; where there are any, `intruders`; where several minds flew, what each believes, too (`agents`, `agent_tracks`,
 //! `agent_groups`, `agent_events`, `agent_team`). Figures and summaries may lie beside them. The same frames
 //! give the same bytes: nothing in a record tells when, where or by whom it was written.
 //!
@@ -24,8 +24,8 @@ pub(crate) mod table;
 mod writer;
 
 pub use crate::frame::{
-    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, OfAgent, Place, TeamRow, TrackRow,
-    TrackStatus, TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, Place, TeamRow,
+    TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
 pub use allowance::EventAllowance;
 pub use error::RecordError;

@@ -1,19 +1,20 @@
 //! From the agents' types to the record's rows.
 
 use standoff::{
-    Agent, Angle, Avoidance, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known, Membership, Picture,
-    Step, Time, TrackStatus as Status, UavId, UavState,
+    Agent, Aircraft, Angle, Avoidance, Detection, DissolutionReason, Duty, Event, EventKind, GroupId, Known,
+    Membership, Picture, Step, Time, TrackStatus as Status, UavId, UavState,
 };
 
 use crate::frame::{
-    AgentEventRow, AgentRow, Agents, Beliefs, DetectionRow, EventRow, Frame, GroupRow, OfAgent, Place, TeamRow,
-    TrackRow, TrackStatus, TruthRow, UavRow,
+    AgentEventRow, AgentRow, Agents, Beliefs, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, Place,
+    TeamRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
+use crate::intruders::Intruder;
 use crate::world::Truth;
 
 /// Makes a frame one that holds the truth of an instant and nothing else yet.
 pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
-    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events, agents } = frame;
+    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events, intruders, agents } = frame;
     *time_us = now.us();
     uavs.clear();
     rows.clear();
@@ -21,6 +22,7 @@ pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
     groups.clear();
     detections.clear();
     events.clear();
+    intruders.clear();
     agents.clear();
     rows.extend(truth.iter().map(|target| {
         let (position, velocity) = (target.state.position(), target.state.velocity());
@@ -62,9 +64,31 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
         altitude_m: step.altitude_m,
         flown_altitude_m: state.vertical.map(|vertical| vertical.altitude_m),
         climb_rate_m_s: state.vertical.map(|vertical| vertical.climb_rate_m_s),
-        avoids: step.diagnostics.avoids.map(|avoids| avoids.from.0),
+        avoids: step.diagnostics.avoids.and_then(|avoids| uav_of(avoids.from)),
+        avoids_intruder: step.diagnostics.avoids.and_then(|avoids| intruder_of(avoids.from)),
         foretold_m: step.diagnostics.avoids.map(|avoids| avoids.foretold_m).filter(|metres| metres.is_finite()),
         border: step.diagnostics.border,
+    }
+}
+
+fn uav_of(aircraft: Aircraft) -> Option<u32> {
+    if let Aircraft::Uav(uav) = aircraft { Some(uav.0) } else { None }
+}
+
+fn intruder_of(aircraft: Aircraft) -> Option<u32> {
+    if let Aircraft::Intruder(intruder) = aircraft { Some(intruder) } else { None }
+}
+
+pub(crate) fn intruder(number: u32, intruder: &Intruder, now: Time) -> IntruderRow {
+    let state = &intruder.truth;
+    IntruderRow {
+        intruder: number,
+        x_m: state.position.x_m(),
+        y_m: state.position.y_m(),
+        heading_rad: state.heading.rad(),
+        speed_m_s: state.speed_m_s,
+        altitude_m: state.vertical.map(|vertical| vertical.altitude_m),
+        told: intruder.tells(now),
     }
 }
 
@@ -123,11 +147,12 @@ fn event(event: &Event, picture: &Picture) -> EventRow {
     row
 }
 
-/// A UAV begins to keep away from another one.
+/// A UAV begins to keep away from another one, or from an intruder.
 pub(crate) fn avoidance(uav: UavId, avoidance: &Avoidance) -> EventRow {
     let distance_m = Some(avoidance.foretold_m).filter(|metres| metres.is_finite());
-    let (kind, uavs) = ("avoidance".to_owned(), vec![uav.0, avoidance.from.0]);
-    let mut row = EventRow { kind, uavs, distance_m, ..EventRow::default() };
+    let uavs = std::iter::once(uav.0).chain(uav_of(avoidance.from)).collect();
+    let (kind, intruder) = ("avoidance".to_owned(), intruder_of(avoidance.from));
+    let mut row = EventRow { kind, uavs, intruder, distance_m, ..EventRow::default() };
     row.reason = row.why();
     row
 }

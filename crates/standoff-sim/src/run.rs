@@ -5,14 +5,15 @@
 //! ```
 
 use standoff::{
-    Angle, Command, Detection, Duration, LookAt, Message, ParamError, Position, Response, Scan, Step, Time, UavId,
-    UavState, Velocity,
+    Aircraft, Angle, Command, Detection, Duration, LookAt, Message, ParamError, Position, Response, Scan, Step, Time,
+    UavId, UavState, Velocity,
 };
 
 use crate::brain::{self, Beliefs, Brain};
 use crate::computer::Computer;
 use crate::draws::Draws;
 use crate::frame::{Frame, Reported};
+use crate::intruders::Intruders;
 use crate::radio::{Radio, Sent, Station};
 use crate::rows;
 use crate::scenario::{Minds, Outage, Scenario, Settings};
@@ -42,6 +43,7 @@ pub struct Mission<B = Box<dyn Brain + Send>> {
     world: World,
     draws: Draws,
     uavs: Vec<Uav>,
+    intruders: Intruders,
     /// How they answer commands that are held for a period.
     response: Response,
     brain: B,
@@ -100,7 +102,7 @@ struct Uav {
     /// Altitude asked for, m.
     altitude_m: Option<f64>,
     /// Whom it kept away from last, and when.
-    avoided: Option<(UavId, Time)>,
+    avoided: Option<(Aircraft, Time)>,
 }
 
 impl Mission {
@@ -147,6 +149,7 @@ impl<B: Brain> Mission<B> {
             world: World::new(scenario),
             draws: Draws::new(scenario.seed),
             uavs: uavs.collect(),
+            intruders: Intruders::new(scenario),
             response: settings.team.uav.response(settings.period),
             brain,
             is_foreign: true,
@@ -293,7 +296,7 @@ impl<B: Brain> Mission<B> {
     /// Every UAV whose computer is on observes, and hears what the radio carries: what the others say, and the cues of
     /// targets that have just appeared, or are there when the first computer is on.
     fn say(&mut self, now: Time) {
-        let Self { uavs, brain, radio, cued, .. } = self;
+        let Self { uavs, brain, radio, cued, intruders, .. } = self;
         radio.open();
         for uav in &mut *uavs {
             radio.join(Station { position: uav.truth.position, speaks: !uav.is_out, hears: !uav.is_off });
@@ -321,13 +324,15 @@ impl<B: Brain> Mission<B> {
                 radio.cue(target.target.0, cue);
             }
         }
+        intruders.told(now).for_each(|(aircraft, message)| radio.traffic(aircraft, message));
         radio.carry(self.tick, now, |uav, message| brain.hear(uav, message));
     }
 
     /// Every UAV decides, and the brain tells what it believes.
     fn command(&mut self, now: Time) {
-        let Self { frame, brain, uavs, settings, radio, .. } = self;
+        let Self { frame, brain, uavs, settings, radio, intruders, .. } = self;
         rows::begin(now, &self.truth, frame);
+        frame.intruders.extend(intruders.all().map(|(number, intruder)| rows::intruder(number, intruder, now)));
         let is_on = uavs.iter().any(|uav| !uav.is_off);
         let mut avoidances = Vec::new();
         for uav in uavs {
@@ -343,7 +348,7 @@ impl<B: Brain> Mission<B> {
             frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
             (uav.look_at, uav.command, uav.altitude_m) = (step.look_at, step.command, step.altitude_m);
             if let Some(avoidance) = step.diagnostics.avoids {
-                let goes_on = |(from, when): (UavId, Time)| from == avoidance.from && now - when <= ONE_AVOIDANCE;
+                let goes_on = |(from, when): (Aircraft, Time)| from == avoidance.from && now - when <= ONE_AVOIDANCE;
                 if !uav.avoided.is_some_and(goes_on) {
                     avoidances.push(rows::avoidance(uav.id, &avoidance));
                 }
@@ -367,8 +372,10 @@ impl<B: Brain> Mission<B> {
         }
     }
 
-    /// Every UAV flies its command until the next instant.
+    /// Every UAV flies its command until the next instant, and whoever else is there flies on.
     fn fly(&mut self) {
+        let Self { uavs, intruders, .. } = self;
+        intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
         for uav in &mut self.uavs {
             uav.truth = self.response.step(&uav.truth, uav.command);
             if let (Some(vertical), Some(climb)) = (&mut uav.truth.vertical, &self.settings.team.uav.climb) {

@@ -32,7 +32,7 @@ pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub use file::Minds;
 pub use flown::{
-    Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
+    Clock, CueError, Intruder, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
 };
 pub use form::MISTAKES_MAX;
 pub use load::{Edits, name_of};

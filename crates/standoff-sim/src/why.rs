@@ -105,8 +105,12 @@ fn told(event: &EventRow) -> Option<String> {
             return Some(format!("two UAVs at its altitude are {:.0} m apart", event.distance_m?));
         }
         ("avoidance", _) => {
-            let &[uav, other] = &event.uavs[..] else { return None };
-            return Some(format!("UAV {uav} would have come within {:.0} m of UAV {other}", event.distance_m?));
+            let (uav, other) = match (&event.uavs[..], event.intruder) {
+                (&[uav, other], None) => (uav, format!("UAV {other}")),
+                (&[uav], Some(intruder)) => (uav, format!("intruder {intruder}")),
+                _ => return None,
+            };
+            return Some(format!("UAV {uav} would have come within {:.0} m of {other}", event.distance_m?));
         }
         ("uavs-apart", _) => "no two UAVs at its altitude are too close any more",
         _ => return None,

@@ -238,10 +238,10 @@ impl Draft {
 /// What is wrong with the frame, if anything.
 fn wrong(scenario: &Scenario, frame: &Frame) -> Option<String> {
     let uav = &scenario.settings.team.uav;
-    let Frame { time_us: _, uavs, truth, tracks, groups, detections, events, agents } = frame;
+    let Frame { time_us: _, uavs, truth, tracks, groups, detections, events, intruders, agents } = frame;
     // Every number of every row; no name of a field or of a value has one of these words in it.
     let own = (&agents.all, &agents.tracks, &agents.groups, &agents.team);
-    let told = format!("{uavs:?} {truth:?} {tracks:?} {groups:?} {detections:?} {own:?}");
+    let told = format!("{uavs:?} {truth:?} {tracks:?} {groups:?} {detections:?} {intruders:?} {own:?}");
     if let Some(place) = told.find("NaN").or_else(|| told.find("inf")) {
         return Some(format!("not finite: ...{}", &told[place.saturating_sub(200)..place + 3]));
     }

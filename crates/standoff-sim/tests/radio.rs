@@ -97,7 +97,7 @@ impl Brain for Talker {
         let (from, said_s, number) = match message {
             Message::Report(report) => (report.uav.0, report.time.s(), report.sequence),
             Message::Cue(cue) => (OUTSIDE, cue.time.s(), cue.label.0),
-            Message::Snapshot(_) => panic!("nobody says that"),
+            Message::Snapshot(_) | Message::Traffic(_) => panic!("nobody says that"),
         };
         let heard = Heard { at_s: self.now_s[uav.0 as usize], to: uav.0, from, said_s, number };
         self.log.borrow_mut().heard.push(heard);

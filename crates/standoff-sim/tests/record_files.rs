@@ -931,6 +931,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
     let status = [TrackStatus::Cued, TrackStatus::Held, TrackStatus::Coasting];
     let happened = instant.is_multiple_of(7);
     Frame {
+        intruders: Vec::new(),
         time_us: i64::from(instant) * 200_000,
         uavs: (0..uavs).map(|id| uav(id, t)).collect(),
         truth: (0..targets).map(|id| truth(id, t)).collect(),
@@ -975,6 +976,7 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             })
             .collect(),
         events: Vec::from_iter(happened.then(|| EventRow {
+            intruder: None,
             kind: "lost".to_owned(),
             target: instant.is_multiple_of(2).then_some(instant % targets),
             group: None,
@@ -1064,6 +1066,7 @@ fn uav(id: u32, t: f64) -> UavRow {
         flown_altitude_m: None,
         climb_rate_m_s: None,
         avoids: None,
+        avoids_intruder: None,
         foretold_m: None,
         border: None,
     }

@@ -137,7 +137,7 @@ class Film {
     this.minds = new Minds(this);
     /** The newest instant is being looked at: its detail is loaded first. */
     this.followed = false;
-    this.ids = { uavs: [], groups: [] };
+    this.ids = { uavs: [], groups: [], intruders: [] };
     /** By group: which of the palette's colours it has. */
     this.colours = new Map();
     this.done = false;
@@ -159,9 +159,10 @@ class Film {
     half.events.forEach((event, place) => {
       this.allEvents.push(known[place] ?? { ...event, part: index, time_s: event.time_us / 1e6 });
     });
-    for (const name of ["uavs", "groups"]) {
+    for (const name of ["uavs", "groups", "intruders"]) {
       const known = new Set(this.ids[name]);
-      const added = half.tables[name].ids.filter((id) => !known.has(id));
+      // There are not always intruders.
+      const added = (half.tables[name]?.ids ?? []).filter((id) => !known.has(id));
       if (added.length) this.ids[name] = [...this.ids[name], ...added].sort((a, b) => a - b);
     }
     for (const [id, place] of half.tables.groups.places) {

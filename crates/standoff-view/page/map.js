@@ -1,7 +1,7 @@
 // The map: north up. What lies under what is the order of `LAYERS`.
 
 /** What a map shows before its first picture. */
-const NO_SCENE = { time_s: 0, uavs: [], groups: [], targets: null };
+const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null };
 
 class MissionMap {
   constructor(canvas, film, choice) {
@@ -11,9 +11,9 @@ class MissionMap {
     this.camera = new Camera();
     this.view = new View(this);
     this.underlay = film.head.map ? new Underlay(canvas) : null;
-    /** What can be drawn: there is not always a map of roads, nor are there always zones, or UAVs that keep apart. */
-    const { zones, keeps_apart } = film.head;
-    const needs = { underlay: this.underlay, zones, avoidance: keeps_apart };
+    /** What can be drawn: there is not always a map of roads, nor are there always zones, intruders, or UAVs that keep apart. */
+    const { zones, keeps_apart, limits } = film.head;
+    const needs = { underlay: this.underlay, zones, intruders: limits.intruders, avoidance: keeps_apart };
     this.layers = LAYERS.filter(([name]) => !(name in needs) || needs[name]);
     this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
     this.ruler = null;

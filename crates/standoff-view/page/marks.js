@@ -189,6 +189,29 @@ function drawUavs(map, { pen, labels, scene }) {
   }
 }
 
+/** An arrowhead, nose along x: no UAV looks so. */
+const INTRUDER = [[14, 0], [-10, 9], [-5, 0], [-10, -9]];
+
+/** Intruders; hollow while they tell nothing. */
+function drawIntruders(map, { pen, labels, scene }) {
+  const { alarm, ground } = palette();
+  for (const { id, x_m, y_m, heading_rad, told } of scene.intruders) {
+    if (!map.camera.sees(x_m, y_m)) continue;
+    const [x, y] = map.camera.at(x_m, y_m);
+    const [cos, sin] = [Math.cos(heading_rad), Math.sin(heading_rad)];
+    pen.beginPath();
+    for (const [dx, dy] of INTRUDER) pen.lineTo(x + dx * cos + dy * sin, y - dx * sin + dy * cos);
+    pen.closePath();
+    pen.fillStyle = told ? alarm : ground;
+    pen.strokeStyle = alarm;
+    pen.lineWidth = 1.5;
+    pen.fill();
+    pen.stroke();
+    pen.fillStyle = alarm;
+    labels.beside(`intruder ${id}${told ? "" : ", silent"}`, x, y, 15, 8);
+  }
+}
+
 /** That a UAV has dropped out, in words. */
 function outWords({ id, out }) {
   return `UAV ${id} dropped out at ${out.since_s.toFixed(1)} s`;

@@ -21,7 +21,7 @@ class Run {
   scene(time_s) {
     const { film } = this;
     const targets = targetsAt(film, time_s);
-    return { time_s, uavs: uavsAt(film, time_s), groups: groupsAt(film, time_s), targets, ...shownTimes(film, time_s) };
+    return { time_s, uavs: uavsAt(film, time_s), groups: groupsAt(film, time_s), intruders: intrudersAt(film, time_s), targets, ...shownTimes(film, time_s) };
   }
 
   /** Draws the map; of which times its UAVs and its targets are stands there as text, too. */

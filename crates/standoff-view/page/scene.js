@@ -46,6 +46,20 @@ function uavsAt(film, time_s) {
   return found;
 }
 
+/** Intruders at a time. */
+function intrudersAt(film, time_s) {
+  const { instant, share } = placeOf(film.times_s, time_s);
+  const moved = (column, id, on) => on(film.value("intruders", column, id, instant), film.value("intruders", column, id, instant + 1), share);
+  const found = film.ids.intruders.map((id) => ({
+    id,
+    x_m: moved("x_m", id, between),
+    y_m: moved("y_m", id, between),
+    heading_rad: moved("heading_rad", id, (now, then) => (Number.isNaN(then) ? now : turned(now, then, share))),
+    told: film.value("intruders", "told", id, instant) === 1,
+  }));
+  return found.filter(({ x_m }) => !Number.isNaN(x_m));
+}
+
 /** What a zone is called, by its place; nothing for a NaN. */
 function zoneName(film, place) {
   if (Number.isNaN(place)) return "";

@@ -24,6 +24,7 @@
 use crate::fold::Fold;
 use crate::guidance::airspace::Airspace;
 use crate::history::History;
+use crate::intruders::Intruders;
 use crate::log::repair::{Again, Repair};
 use crate::log::{LISTED_BEFORE, Log, Peer, Presence};
 use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Speaker, Stamp};
@@ -90,6 +91,8 @@ pub struct Agent {
     repair: Repair,
     offer: Offer,
     taking: Taking,
+    /// Who else flies there, as this UAV has heard itself.
+    intruders: Intruders,
     /// Of these the first `said` are to be said.
     outbox: Vec<Message>,
     said: usize,
@@ -124,6 +127,7 @@ impl Agent {
             repair: Repair::default(),
             offer: Offer::default(),
             taking: Taking::default(),
+            intruders: Intruders::default(),
             outbox: Vec::new(),
             said: 0,
             began: 0,
@@ -253,6 +257,10 @@ impl Agent {
             Message::Report(report) => self.log.hear_report(report, now, committed),
             Message::Cue(cue) => self.log.hear_cue(cue, now, committed),
             Message::Snapshot(part) => self.take(part, now),
+            // No matter of the picture.
+            Message::Traffic(traffic) => {
+                return self.intruders.hear(traffic, observation.time, &mut self.log.refused);
+            }
         }
         self.is_stale = true;
     }
@@ -271,7 +279,8 @@ impl Agent {
         let refused =
             Refused { impossible: self.log.refused.impossible.saturating_add(impossible), ..self.log.refused };
         let Fold { params, borders, .. } = &self.history.fold;
-        Pilot { params, picture: self.history.head(), borders: borders.as_deref() }.decide(observation, refused)
+        let (picture, borders) = (self.history.head(), borders.as_deref());
+        Pilot { params, picture, borders, intruders: &self.intruders }.decide(observation, refused)
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {
@@ -295,6 +304,7 @@ impl Agent {
         self.log.begin(first);
         self.history.begin(first);
         self.repair.reset();
+        self.intruders.clear();
         (self.offer, self.taking) = (Offer::default(), Taking::default());
         (self.began, self.has_spoken, self.is_stale) = (first, false, false);
         (self.doubted_since, self.asks_since) = (None, None);

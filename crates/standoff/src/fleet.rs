@@ -6,6 +6,7 @@ use crate::agent::Agent;
 use crate::coordination::assignment::AssignmentLaw;
 use crate::fold::Fold;
 use crate::guidance::airspace::Airspace;
+use crate::intruders::Intruders;
 use crate::message::{Message, Scan};
 use crate::param::ParamError;
 use crate::picture::Picture;
@@ -42,6 +43,8 @@ pub struct Fleet {
     picture: Box<Picture>,
     /// What was said of this instant.
     row: Row,
+    /// Who else flies there.
+    intruders: Intruders,
     /// The time since the instant before this one.
     dt: Duration,
     started: bool,
@@ -60,6 +63,7 @@ impl Fleet {
             previous: Box::default(),
             picture: Box::default(),
             row: Row::default(),
+            intruders: Intruders::default(),
             dt: Duration::ZERO,
             started: false,
             is_stale: false,
@@ -108,7 +112,7 @@ impl Fleet {
     }
 
     /// Takes in a message from outside the fleet, of the observed instant, heard by all; one of another instant is refused
-    /// and counted.
+    /// and counted. Where an aircraft says it was that is not of the team may be told later.
     pub fn hear(&mut self, observation: &Observation, message: &Message) {
         if !self.is_of_now(observation) {
             return;
@@ -119,6 +123,10 @@ impl Fleet {
             Message::Report(_) => Put::Refused,
             // All know the same.
             Message::Snapshot(_) => Put::Known,
+            // No matter of the picture.
+            Message::Traffic(traffic) => {
+                return self.intruders.hear(traffic, observation.time, &mut self.refused);
+            }
         };
         if matches!(put, Put::Refused | Put::Instead) {
             count(&mut self.refused.nonsense);
@@ -129,14 +137,16 @@ impl Fleet {
     /// Second half, once all were observed: the command of a UAV; as [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> Step {
         self.catch_up();
-        Pilot { params: &self.fold.params, picture: self.picture(), borders: self.fold.borders.as_deref() }
-            .decide(observation, self.refused)
+        let Fold { params, borders, .. } = &self.fold;
+        let (picture, borders) = (self.picture(), borders.as_deref());
+        Pilot { params, picture, borders, intruders: &self.intruders }.decide(observation, self.refused)
     }
 
     /// Forgets all that is known and was heard; what was refused stays counted.
     pub fn reset(&mut self) {
         (self.previous, self.picture) = (Box::default(), Box::default());
         self.row.open(Time::START);
+        self.intruders.clear();
         (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }
 

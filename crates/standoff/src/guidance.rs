@@ -9,6 +9,7 @@ pub mod heading;
 pub mod moving_centre;
 pub mod orbit_motion;
 pub mod pair_information;
+pub(crate) mod pursuit;
 pub mod separation;
 pub mod spacing;
 pub mod standoff_distance;

@@ -23,6 +23,7 @@ pub mod frame;
 pub mod group_id;
 pub mod guidance;
 mod history;
+mod intruders;
 mod log;
 pub mod math;
 pub mod message;
@@ -63,7 +64,7 @@ pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
 pub use guidance::vector_field::{Sense, VectorField};
 pub use log::Presence;
 pub use message::{
-    Ask, Cue, Detection, Held, Knowledge, Message, Report, Scan, SnapshotPart, Speaker, Stamp, TargetLabel,
+    Ask, Cue, Detection, Held, Knowledge, Message, Report, Scan, SnapshotPart, Speaker, Stamp, TargetLabel, Traffic,
 };
 pub use param::{Allowed, ParamError};
 pub use picture::Picture;
@@ -76,4 +77,6 @@ pub use team::{
     Radio, Search, TeamParams,
 };
 pub use time::{Duration, Time};
-pub use uav::{ClimbParams, Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState, Vertical};
+pub use uav::{
+    Aircraft, ClimbParams, Command, Integrator, LimitedCommand, Response, UavId, UavParams, UavState, Vertical,
+};

@@ -300,7 +300,7 @@ impl Log {
         Some(match message {
             Message::Report(report) => (Speaker::Uav(report.uav), long_ago(report.time)?),
             Message::Cue(cue) => (Speaker::Searcher(cue.searcher), number_of_cue(long_ago(cue.said)?, cue.number)),
-            Message::Snapshot(_) => return None,
+            Message::Snapshot(_) | Message::Traffic(_) => return None,
         })
     }
 

@@ -36,6 +36,8 @@ pub enum Message {
     Cue(Cue),
     /// A piece of what a UAV knows, for who was not there.
     Snapshot(SnapshotPart),
+    /// An aircraft that is not of the team tells where it is.
+    Traffic(Traffic),
 }
 
 /// Whose entries are counted.
@@ -129,6 +131,19 @@ impl SnapshotPart {
     pub const BYTES_MAX: usize = 512;
 }
 
+/// An aircraft that is not of the team, an *intruder*, and where it says that it is. No entry of the log: nobody says it again,
+/// and no picture knows of it. Each UAV keeps away from those that it has heard of itself
+/// ([`TeamParams::separation`](crate::TeamParams)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Traffic {
+    /// Which, by a number of its own: not a UAV's id.
+    pub aircraft: u32,
+    /// When it was there.
+    pub time: Time,
+    /// Where it was, and how it flew.
+    pub state: UavState,
+}
+
 /// One target in one scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
@@ -204,6 +219,7 @@ impl Clone for Message {
             Self::Report(report) => Self::Report(report.clone()),
             Self::Cue(cue) => Self::Cue(*cue),
             Self::Snapshot(part) => Self::Snapshot(part.clone()),
+            Self::Traffic(traffic) => Self::Traffic(*traffic),
         }
     }
 
@@ -269,11 +285,13 @@ impl Message {
     /// | a request for a snapshot: whom, 2; stamp, 17; parts, 10 | 29 |
     /// | cue | 72 |
     /// | part of a snapshot: head, 32; and its bytes | 32 + n |
+    /// | traffic: which and when, 12; state, 40; flags, 1; altitude and rate of climb as above | 53 |
     pub fn size_bytes(&self) -> usize {
         match self {
             Self::Report(report) => Self::report_size_bytes(report, report.knowledge.as_deref()),
             Self::Cue(_) => Self::CUE_SIZE_BYTES,
             Self::Snapshot(part) => 39 + part.bytes.len(),
+            Self::Traffic(traffic) => 60 + vertical_size_bytes(&traffic.state),
         }
     }
 
@@ -282,9 +300,13 @@ impl Message {
     /// That of a report, told with what its speaker knows or without.
     pub(crate) fn report_size_bytes(report: &Report, told: Option<&Knowledge>) -> usize {
         let told = told.map_or(0, |told| 50 + 13 * told.held.len() + told.asks.map_or(0, |_| 29));
-        let vertical = report.state.vertical.map_or(0, |_| 16);
-        84 + vertical + 20 * report.detections.len() + told
+        84 + vertical_size_bytes(&report.state) + 20 * report.detections.len() + told
     }
+}
+
+/// Of altitude and rate of climb, where they are told.
+fn vertical_size_bytes(state: &UavState) -> usize {
+    state.vertical.map_or(0, |_| 16)
 }
 
 impl Cue {

@@ -13,10 +13,11 @@ use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
 use crate::guidance::separation::{Avoidance, Keeper, Other, SeparationParams};
 use crate::guidance::spacing::{is_in_transit, spacing_error_rad, spacing_speed_m_s};
 use crate::guidance::standoff_distance::Ramp;
+use crate::intruders::Intruders;
 use crate::picture::Picture;
 use crate::step::{Diagnostics, LookAt, Observation, Refused, Step};
 use crate::team::{Aim, Radio, TeamParams};
-use crate::uav::{Command, LimitedCommand, UavId, UavState};
+use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState};
 
 /// So near to an orbit, as a part of its radius, a UAV of another group is a neighbour on it.
 const NEAR_ORBIT: f64 = 0.25;
@@ -28,6 +29,8 @@ pub(crate) struct Pilot<'a> {
     pub(crate) picture: &'a Picture,
     /// What keeps it within its airspace, where that is not everywhere.
     pub(crate) borders: Option<&'a Borders>,
+    /// Who else flies there.
+    pub(crate) intruders: &'a Intruders,
 }
 
 impl Pilot<'_> {
@@ -103,9 +106,12 @@ impl Pilot<'_> {
     ) -> (Command, Option<f64>, Option<Avoidance>) {
         let Observation { uav: id, ref own, time } = *observation;
         let keeper = Keeper { separation, uav: &self.params.uav, id, own };
-        let others = self.picture.team.iter().filter(|mate| mate.uav != id && keeper.may_come_near(&mate.said));
-        let others =
-            others.map(|mate| Other { uav: mate.uav, said: mate.said, age_s: (time - mate.said_at).s().max(0.0) });
+        let mates = self.picture.team.iter().filter(|mate| mate.uav != id && keeper.may_come_near(&mate.said));
+        let mates = mates.map(|mate| {
+            let age_s = (time - mate.said_at).s().max(0.0);
+            Other { aircraft: Aircraft::Uav(mate.uav), said: mate.said, age_s }
+        });
+        let others = mates.chain(self.intruders.others(time));
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
         let is_allowed = |command| self.borders.is_none_or(|borders| borders.allows(own, command));
         let (command, avoids) = keeper.keep_apart(wanted, altitude_m, others, |mate| self.intent_of(mate), is_allowed);

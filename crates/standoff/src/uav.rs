@@ -21,6 +21,15 @@ use crate::time::Duration;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct UavId(pub u32);
 
+/// An aircraft: a UAV of the team, or an intruder by a number of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Aircraft {
+    /// Of the team.
+    Uav(UavId),
+    /// Not of the team ([`Traffic`](crate::Traffic)).
+    Intruder(u32),
+}
+
 /// Position, heading, speed and turn rate of a UAV: the state of Eq. (1).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UavState {

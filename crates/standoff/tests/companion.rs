@@ -148,8 +148,15 @@ fn a_message_comes_through_as_it_was_said() {
         velocity_sd_m_s: 6.0,
     };
     let part = SnapshotPart { uav: UavId(1), since: Time::from_us(4), stamp, index: 5, count: 6, bytes: vec![7; 512] };
+    let traffic = Traffic { aircraft: u32::MAX, time: Time::from_us(-7), state: plain.state };
+    let vertical = Some(Vertical { altitude_m: 8.0, climb_rate_m_s: -9.0 });
+    let higher = Traffic { state: UavState { vertical, ..traffic.state }, ..traffic };
     let reports = [plain.clone(), said(None), said(ask(None)), said(ask(Some(stamp)))].map(Message::Report);
-    for message in reports.into_iter().chain([Message::Cue(cue), Message::Snapshot(part)]) {
+    for message in reports
+        .into_iter()
+        .chain([Message::Cue(cue), Message::Snapshot(part)])
+        .chain([traffic, higher].map(Message::Traffic))
+    {
         let mut bytes = wire::encode(&message);
         assert_eq!(wire::decode(&bytes), Some(message.clone()));
         assert_eq!(bytes.len(), message.size_bytes(), "{message:?}");
@@ -246,7 +253,15 @@ fn any_message() -> impl Strategy<Value = Message> {
     let part = part.prop_map(|(uav, since, stamp, [index, count], bytes)| {
         Message::Snapshot(SnapshotPart { uav, since, stamp, index, count, bytes })
     });
-    prop_oneof![report, cue, part]
+    let numbers = [-1e6..1e6, -1e6..1e6, 0.0..90.0, -0.5..0.5, 0.0..1e4, -9.0..9.0];
+    let traffic = (any::<u32>(), any_time(), any_angle(), numbers, any::<bool>());
+    let traffic = traffic.prop_map(|(aircraft, time, heading, numbers, has_vertical)| {
+        let [x_m, y_m, speed_m_s, turn_rate_rad_s, altitude_m, climb_rate_m_s] = numbers;
+        let vertical = has_vertical.then_some(Vertical { altitude_m, climb_rate_m_s });
+        let state = UavState { position: Position::from_m(x_m, y_m), heading, speed_m_s, turn_rate_rad_s, vertical };
+        Message::Traffic(Traffic { aircraft, time, state })
+    });
+    prop_oneof![report, cue, part, traffic]
 }
 
 proptest! {

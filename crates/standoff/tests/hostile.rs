@@ -359,3 +359,37 @@ thread_local! {
         (postcard::to_allocvec(team.agents[0].committed().unwrap()).unwrap(), said, now)
     };
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+    /// Whatever aircraft that are not of the team tell, the command is inside the limits, and no picture differs by a bit.
+    #[test]
+    fn whatever_an_intruder_tells_is_no_matter_of_the_picture(
+        told in proptest::collection::vec(
+            (0..20i64, any::<u32>(), -40_000_000..2_000_000i64, any::<[f64; 4]>(), [-3e3..3e3, -3e3..3e3, -90.0..90.0, -1.0..1.0]),
+            1..30,
+        ),
+        is_near in any::<bool>(),
+    ) {
+        let mut team = Team::new(2, 4);
+        let params = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::table_1() };
+        let [mut deaf, mut hearing] = [0; 2].map(|_| Agent::new(UavId(0), params).unwrap());
+        for tick in 0..20 {
+            let (now, scans, inbox) = team.speak(tick);
+            let traffic = told.iter().filter(|(at, ..)| *at == tick).map(|(_, aircraft, later_us, far, near)| {
+                let [x_m, y_m, speed_m_s, turn_rate_rad_s] = if is_near { *near } else { *far };
+                let (position, heading) = (Position::from_m(x_m, y_m), Angle::from_rad(1.0));
+                let state = UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical: None };
+                let time = Time::from_us(now.us() + later_us);
+                Message::Traffic(Traffic { aircraft: *aircraft, time, state })
+            });
+            let with_traffic: Vec<Message> = traffic.chain(inbox.iter().cloned()).collect();
+            let own = team.states[0];
+            step(&mut deaf, now, &own, scan_of(&scans[0]), &inbox);
+            let got = step(&mut hearing, now, &own, scan_of(&scans[0]), &with_traffic);
+            prop_assert_eq!(params.uav.limit(got.command).command, got.command);
+            prop_assert_eq!(deaf.picture().digest(), hearing.picture().digest());
+            team.decide(now, &scans, &inbox);
+        }
+    }
+}

@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 
 use super::Manifest;
-use super::rows::{MOST_UAVS, microseconds, seconds};
+use super::rows::{MOST_INTRUDERS, MOST_UAVS, microseconds, seconds};
 use super::table::Row;
-use crate::frame::{AgentEventRow, DetectionRow, EventRow, Frame, OfAgent, TrackRow, TruthRow, UavRow};
+use crate::frame::{AgentEventRow, DetectionRow, EventRow, Frame, IntruderRow, OfAgent, TrackRow, TruthRow, UavRow};
 
 /// Most targets: as many as a traffic file may hold vehicles.
 const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
@@ -72,12 +72,17 @@ impl Bounds {
 
     /// Takes in the frame of that instant.
     pub(super) fn check(&mut self, frame: &Frame) -> Result<(), Beyond> {
-        let Frame { time_us, uavs, truth, tracks, detections, events, agents, .. } = frame;
+        let Frame { time_us, uavs, truth, tracks, detections, events, intruders, agents, .. } = frame;
         let time_s = seconds(*time_us);
         self.uavs.extend(uavs.iter().map(|row| row.uav));
         if self.uavs.len() > MOST_UAVS {
             let what = format!("it has more than {MOST_UAVS} UAVs by {time_s} s");
             return Err(Beyond { table: UavRow::TABLE, what });
+        }
+        if let Some(stranger) = intruders.iter().find(|row| row.intruder as usize >= MOST_INTRUDERS) {
+            let what =
+                format!("it has intruder {} at {time_s} s; at most {MOST_INTRUDERS}, from 0 on", stranger.intruder);
+            return Err(Beyond { table: IntruderRow::TABLE, what });
         }
         self.check_minds(time_s, &agents.all, |row| row.agent)?;
         self.check_minds(time_s, &agents.tracks, |of| of.agent)?;

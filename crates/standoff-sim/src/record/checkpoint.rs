@@ -10,7 +10,8 @@
 //! ```
 //!
 //! Numbers are little-endian. Tables only grow, and the file is replaced as a whole: it fits them whatever ends the run.
-//! Without tables it says that theirs are whole. Those of what each of several minds believes come last, if they are there.
+//! Without tables it says that theirs are whole. Those of intruders, and of what each of several minds
+//! believes, come last, if they are there.
 
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -21,7 +22,8 @@ use standoff_parquet::{Footer, Source};
 
 use super::RecordError;
 use super::rows::{OF_AGENTS, TIMED};
-use super::table::Missing;
+use super::table::{Missing, Row as _};
+use crate::frame::IntruderRow;
 use crate::{disk, input};
 
 /// Name of the file.
@@ -32,8 +34,8 @@ const MAX_BYTES: u64 = 128 << 20;
 
 const MAGIC: &[u8; 16] = b"standoff partial";
 
-/// Writes the checkpoint of a record: `tables` in the order of [`TIMED`], then [`OF_AGENTS`] if there are
-/// some, or none if they are whole.
+/// Writes the checkpoint of a record: `tables` in the order of [`TIMED`], then the intruders' and [`OF_AGENTS`] if there
+/// are some, or none if they are whole.
 pub(super) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(last_us.to_le_bytes());
@@ -69,7 +71,7 @@ pub(super) struct Checkpoint {
     file: Arc<File>,
     /// The last instant it tells of.
     pub(super) last_us: i64,
-    /// Of each of [`TIMED`], then of [`OF_AGENTS`] if there are some, unless they are whole.
+    /// Of each of [`TIMED`], then of the intruders and of [`OF_AGENTS`] if there are some, unless they are whole.
     tables: Vec<Table>,
 }
 
@@ -94,14 +96,16 @@ impl Checkpoint {
         let (last_us, mut rest) =
             head.filter(|_| crc32fast::hash(told) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
         let mut tables = Vec::new();
+        // Their number tells which there are.
         const WITH_AGENTS: usize = TIMED.len() + OF_AGENTS.len();
-        while !rest.is_empty() && tables.len() < WITH_AGENTS {
+        while !rest.is_empty() && tables.len() <= WITH_AGENTS {
             let at = told.len() - rest.len();
             let (table, after) = split_table(rest, at).map_err(|error| RecordError::parquet_read(&path, error))?;
             tables.push(table);
             rest = after;
         }
-        if ![0, TIMED.len(), WITH_AGENTS].contains(&tables.len()) || !rest.is_empty() {
+        let sound = [0, TIMED.len(), TIMED.len() + 1, WITH_AGENTS, WITH_AGENTS + 1];
+        if !sound.contains(&tables.len()) || !rest.is_empty() {
             return Err(RecordError::damaged(&path, "it does not have the tables of a record"));
         }
         Ok(Self { file: Arc::new(file), last_us: i64::from_le_bytes(*last_us), tables })
@@ -109,12 +113,19 @@ impl Checkpoint {
 
     /// Everything that it tells of was written before there were tables of what each of several minds believes.
     pub(super) fn is_without_agents(&self) -> bool {
-        self.tables.len() == TIMED.len()
+        [TIMED.len(), TIMED.len() + 1].contains(&self.tables.len())
+    }
+
+    /// The same of the table of intruders.
+    pub(super) fn is_without_intruders(&self) -> bool {
+        [TIMED.len(), TIMED.len() + OF_AGENTS.len()].contains(&self.tables.len())
     }
 
     /// Where the rows of a table are, given its own file; `None` if that is whole.
     pub(super) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
-        let place = TIMED.iter().chain(&OF_AGENTS).position(|name| *name == table)?;
+        let intruders = Some(IntruderRow::TABLE).filter(|_| !self.is_without_intruders());
+        let mut names = TIMED.into_iter().chain(intruders).chain(OF_AGENTS);
+        let place = names.position(|name| name == table)?;
         let Table { footer, rows } = self.tables.get(place)?;
         Some([Source::with_footer(Arc::new(file), footer), Source::with_footer(Arc::clone(&self.file), rows)])
     }

@@ -37,6 +37,7 @@ fn write(dir: &Path) {
         flown_altitude_m: None,
         climb_rate_m_s: None,
         avoids: None,
+        avoids_intruder: None,
         foretold_m: None,
         border: None,
     };

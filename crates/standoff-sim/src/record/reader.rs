@@ -10,8 +10,8 @@ use super::rows::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
 use crate::frame::{
-    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, OfAgent, TeamRow, TrackRow, TruthRow,
-    UavRow,
+    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, TeamRow, TrackRow,
+    TruthRow, UavRow,
 };
 use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
@@ -89,6 +89,13 @@ impl Record {
         file_of::<AgentRow>(&self.dir).exists() && !is_before
     }
 
+    /// There were intruders, and it holds them; somebody may have taken them out.
+    #[must_use]
+    pub fn has_intruders(&self) -> bool {
+        let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without_intruders());
+        file_of::<IntruderRow>(&self.dir).exists() && !is_before
+    }
+
     /// Rows of the larger of the tables of targets: how much there is to show.
     pub fn target_rows(&self) -> Result<u64, RecordError> {
         let tracks = self.table::<TrackRow>()?.rows();
@@ -144,6 +151,7 @@ impl Record {
             groups: Merged::open(self)?,
             detections: Merged::open(self)?,
             events: Merged::open(self)?,
+            intruders: self.has_intruders().then(|| Merged::open(self)).transpose()?,
             agents: self.has_agents().then(|| MergedAgents::open(self)).transpose()?,
             bounds: Bounds::new(&self.manifest, self.target_names.len()),
             record: self.clone(),
@@ -161,6 +169,7 @@ pub struct Frames {
     groups: Merged<GroupRow>,
     detections: Merged<DetectionRow>,
     events: Merged<EventRow>,
+    intruders: Option<Merged<IntruderRow>>,
     agents: Option<MergedAgents>,
     bounds: Bounds,
     record: Record,
@@ -191,6 +200,7 @@ impl Frames {
         };
         self.bounds.begin(time_us).map_err(beyond)?;
         let truth = self.truth.as_mut().map(|truth| truth.in_order_at(time_us, |row| row.target));
+        let intruders = self.intruders.as_mut().map(|table| table.in_order_at(time_us, |row| row.intruder));
         let agents = self.agents.as_mut().map(|agents| agents.at(time_us)).transpose()?;
         let frame = Frame {
             time_us,
@@ -200,6 +210,7 @@ impl Frames {
             groups: self.groups.in_order_at(time_us, |row| row.group)?,
             detections: self.detections.rows_at(time_us)?,
             events: self.events.rows_at(time_us)?,
+            intruders: intruders.transpose()?.unwrap_or_default(),
             agents: agents.unwrap_or_default(),
         };
         self.bounds.check(&frame).map_err(beyond)?;
@@ -214,6 +225,7 @@ impl Frames {
         self.groups.check_end()?;
         self.detections.check_end()?;
         self.events.check_end()?;
+        self.intruders.iter().try_for_each(Merged::check_end)?;
         self.agents.iter().try_for_each(MergedAgents::check_end)?;
         let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
         let (there, last_us) = (self.bounds.instants, self.last_us.unwrap_or_default());

@@ -7,8 +7,8 @@ use standoff_parquet::MAX_CELL;
 use super::column::{self, Cells, Column, Fault, Field, Scalar, What};
 use super::table::Row;
 use crate::frame::{
-    AgentEventRow, AgentRow, DetectionRow, EventRow, GroupRow, OfAgent, Place, TeamRow, TrackRow, TrackStatus,
-    TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, DetectionRow, EventRow, GroupRow, IntruderRow, OfAgent, Place, TeamRow, TrackRow,
+    TrackStatus, TruthRow, UavRow, ViewRow,
 };
 use crate::text::quoted;
 
@@ -22,7 +22,8 @@ pub(super) const OF_AGENTS: [&str; 5] =
 
 /// There is a table of that name.
 pub(super) fn is_table(name: &str) -> bool {
-    TIMED.contains(&name) || OF_AGENTS.contains(&name) || [TargetRow::TABLE, ViewRow::TABLE].contains(&name)
+    let others = [TargetRow::TABLE, ViewRow::TABLE, IntruderRow::TABLE];
+    TIMED.contains(&name) || OF_AGENTS.contains(&name) || others.contains(&name)
 }
 
 /// A target's name: the table of targets is written once, when the run begins.
@@ -42,12 +43,16 @@ pub(super) struct At<R> {
 /// Most UAVs of a run: as many as a scenario may have.
 pub(super) const MOST_UAVS: usize = 100;
 
+/// Most intruders of a run: as many as a scenario may have.
+pub(super) const MOST_INTRUDERS: usize = 100;
+
 /// Most rows of a table at one instant. Work on an instant takes UAVs by groups, or by one another; a scenario has up to
 /// 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic may have at one time. Detections
 /// and views: of 100 UAVs that see 10,000 targets; so much 100 minds may believe, too.
 pub(super) fn most_at_once(table: &str) -> usize {
     match table {
         "uavs" | "groups" | "agents" => MOST_UAVS,
+        "intruders" => MOST_INTRUDERS,
         "agent_groups" | "agent_team" => MOST_UAVS * MOST_UAVS,
         "events" => 20_000,
         "detections" | "views" | "agent_tracks" | "agent_events" => 1_000_000,
@@ -98,7 +103,7 @@ table! { "uavs", UavRow:
     speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
     centre_distance_m, phase_rad, steered_distance_m, desired_heading_rad, feedforward_rad_s,
     convergence_threshold_m2_s, centre_too_fast, altitude_m;
-    added flown_altitude_m, climb_rate_m_s, avoids, foretold_m, border
+    added flown_altitude_m, climb_rate_m_s, avoids, foretold_m, border, avoids_intruder
 }
 
 table! { "truth", TruthRow:
@@ -122,7 +127,11 @@ table! { "detections", DetectionRow:
 
 table! { "events", EventRow:
     kind, target, group, to_group, uavs, reason; added track, cause, into_group, members, together, dwell_s, needed_m,
-    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id, clear_fraction, zone
+    allowed_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id, clear_fraction, zone, intruder
+}
+
+table! { "intruders", IntruderRow:
+    intruder, x_m, y_m, heading_rad, speed_m_s, altitude_m, told
 }
 
 table! { "agents", AgentRow:

@@ -14,8 +14,8 @@ use super::rows::{At, OF_AGENTS, TIMED, TargetRow, WithError, most_at_once, seco
 use super::table::{Missing, Row, TableWriter};
 use crate::disk::{self, beside};
 use crate::frame::{
-    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, OfAgent, TeamRow, TrackRow, TruthRow,
-    UavRow, ViewRow,
+    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, TeamRow, TrackRow,
+    TruthRow, UavRow, ViewRow,
 };
 use crate::score::{Judge, Judged, Rules};
 
@@ -58,6 +58,8 @@ const CHECKPOINT_SHARE: u32 = 50;
 pub struct Writer {
     /// In the order of `TIMED`, and `views`.
     tables: [TableWriter; 7],
+    /// Once there is one.
+    intruders: Option<TableWriter>,
     /// In the order of `OF_AGENTS`, once there is something to write.
     of_agents: Option<[TableWriter; 5]>,
     judge: Option<Judge>,
@@ -124,6 +126,7 @@ impl Writer {
                 TableWriter::create::<At<EventRow>>(&partial.path)?,
                 TableWriter::create::<At<ViewRow>>(&partial.path)?,
             ],
+            intruders: None,
             of_agents: None,
             judge: None,
             bounds: Bounds::new(&manifest, target_names.len()),
@@ -187,6 +190,12 @@ impl Writer {
         put(events, time_us, &frame.events, Clone::clone)?;
         let seen: Vec<ViewRow> = judged.iter().flat_map(Judged::views).collect();
         put(views, time_us, &seen, Clone::clone)?;
+        if self.intruders.is_none() && !frame.intruders.is_empty() {
+            self.intruders = Some(TableWriter::create::<At<IntruderRow>>(&self.partial.path)?);
+        }
+        if let Some(intruders) = &mut self.intruders {
+            put(intruders, time_us, &frame.intruders, Clone::clone)?;
+        }
         self.put_agents(time_us, &frame.agents)?;
         self.last_us = Some(time_us);
         self.sound = true;
@@ -230,7 +239,8 @@ impl Writer {
         let Some(last_us) = self.last_us else { return Ok(()) };
         self.check_sound(last_us)?;
         self.sound = false;
-        let tables = self.tables.iter_mut().take(TIMED.len()).chain(self.of_agents.iter_mut().flatten());
+        let others = self.intruders.iter_mut().chain(self.of_agents.iter_mut().flatten());
+        let tables = self.tables.iter_mut().take(TIMED.len()).chain(others);
         let tables = tables.map(TableWriter::missing).collect::<Result<Vec<_>, _>>()?;
         self.sound = true;
         self.keep(last_us, &tables)
@@ -246,7 +256,8 @@ impl Writer {
         self.finish_tables()?;
         let timed = TIMED.into_iter().chain([ViewRow::TABLE]).zip(self.tables.iter().map(|table| table.pushed));
         let of_agents = OF_AGENTS.into_iter().zip(self.of_agents.iter().flatten().map(|table| table.pushed));
-        let rows = timed.chain(of_agents).chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
+        let intruders = self.intruders.iter().map(|table| (IntruderRow::TABLE, table.pushed));
+        let rows = timed.chain(intruders).chain(of_agents).chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
         let counts = Some(Counts { instants: self.bounds.instants, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
@@ -285,7 +296,8 @@ impl Writer {
     fn finish_tables(&mut self) -> Result<(), RecordError> {
         self.check_sound(self.last_us.unwrap_or_default())?;
         self.sound = false;
-        self.tables.iter_mut().chain(self.of_agents.iter_mut().flatten()).try_for_each(TableWriter::finish)
+        let others = self.intruders.iter_mut().chain(self.of_agents.iter_mut().flatten());
+        self.tables.iter_mut().chain(others).try_for_each(TableWriter::finish)
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {

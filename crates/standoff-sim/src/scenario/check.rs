@@ -4,7 +4,7 @@
 use standoff::{Allowed, ParamError};
 
 use super::error::{Problem, ScenarioError};
-use super::file::resolved::{Link, Radio, Ring, Scatter, ScenarioFile};
+use super::file::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
 use super::form::{MISTAKES_MAX, value_at, with_value};
 use super::load::{Typed, related};
 use super::locate::Map;
@@ -21,6 +21,9 @@ const TICKS_MAX: f64 = 10_000_000.0;
 
 /// Most outages, manoeuvres, and whatever else fails.
 const LISTED_MAX: usize = 1_000;
+
+/// Most intruders: as many as a UAV keeps in mind.
+const INTRUDERS_MAX: usize = 100;
 
 /// Longest line that says what a scenario shows, characters.
 const ABOUT_MAX: usize = 1_000;
@@ -88,6 +91,7 @@ pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Optio
     if let Some(radio) = &file.radio {
         check_radio(radio, whom, problems);
     }
+    check_intruders(&file.intruders, whom, problems);
     let at = file.targets.as_ref().map_or(0, |targets| targets.at.len());
     if file.traffic.is_none() && scatter.is_none() && at == 0 {
         problems.add("targets", "no targets; give [targets.scatter], [[targets.at]] or [traffic]", None);
@@ -106,6 +110,39 @@ pub(super) fn check_who(file: &ScenarioFile, ring: Option<&Ring>, scatter: Optio
         let most = MAX_AT_ONCE.saturating_sub(at).max(1) as f64;
         let count = Allowed::at_least(1.0).at_most(most).because("5,000 targets in all");
         problems.check_whole("targets.scatter.count", scattered, count);
+    }
+}
+
+/// Checks who is not of the team: `whom` is one of the UAVs.
+fn check_intruders(intruders: &[Intruder], whom: Allowed, problems: &mut Problems) {
+    if intruders.len() > INTRUDERS_MAX {
+        problems.add("intruders", format!("must be at most {INTRUDERS_MAX}, not {}", intruders.len()), None);
+    }
+    for (index, intruder) in intruders.iter().take(INTRUDERS_MAX).enumerate() {
+        let table = format!("intruders.{index}");
+        let Intruder { pursues, turn_rate_deg_s, x_m, y_m, distance_m, direction_deg, .. } = intruder;
+        let (from_uav, in_plane) = (distance_m.or(*direction_deg), x_m.or(*y_m));
+        if let Some(uav) = *pursues {
+            problems.check_whole(&format!("{table}.pursues"), uav, whom);
+        }
+        if turn_rate_deg_s.is_some() && pursues.is_some() {
+            problems.add(format!("{table}.turn_rate_deg_s"), "who `pursues` a UAV turns at it; keep one", None);
+        }
+        if x_m.is_some() != y_m.is_some() || in_plane.is_none() && pursues.is_none() {
+            problems.add(table.clone(), "starts nowhere; give `x_m` and `y_m`, or the UAV that it `pursues`", None);
+        } else if in_plane.is_some() && from_uav.is_some() {
+            problems.add(table.clone(), "has `x_m`, `y_m` and a place seen from a UAV; keep one", None);
+        } else if from_uav.is_some() && pursues.is_none() {
+            problems.add(
+                table.clone(),
+                "`distance_m` and `direction_deg` are from the UAV that it `pursues`; name it",
+                None,
+            );
+        }
+        problems.check_many(&format!("{table}.silent"), intruder.silent.len(), LISTED_MAX);
+        for (place, silence) in intruder.silent.iter().take(LISTED_MAX).enumerate() {
+            problems.check_until(&format!("{table}.silent.{place}"), silence.from_s, silence.until_s);
+        }
     }
 }
 

@@ -173,6 +173,9 @@ tables! {
         /// Where UAVs may not fly, and where alone they may; if absent: everywhere.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         zones: Vec<Zone>;
+        /// Aircraft that are not of the team.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        intruders: Vec<Intruder>;
         /// Random targets, drawn from the target model (5, 6).
         targets: Option<Targets>;
         /// Real targets, read from a traffic file.
@@ -485,6 +488,41 @@ tables! {
     } lists {
         /// The corners in order, each [east, north], m.
         points;
+    }
+
+    /// `[[intruders]]`: an aircraft that is not of the team and keeps away from nobody: it turns at a UAV, or flies on as it does.
+    table Intruder numbers {
+        /// Speed, m/s.
+        speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
+    } optional {
+        /// The UAV that it pursues: 0 is the first; if absent none.
+        pursues: Allowed::FINITE;
+        /// Its turn rate where it pursues none, degrees per second, positive anticlockwise; if absent 0.
+        turn_rate_deg_s: Allowed::at_least(-60.0).at_most(60.0);
+        /// Start, east, m.
+        x_m: PLACE_M;
+        /// Start, north, m.
+        y_m: PLACE_M;
+        /// Or so far from the start of the UAV that it pursues, m; if absent 1,000.
+        distance_m: Allowed::at_least(0.0).at_most(1e6);
+        /// In this direction from there, degrees anticlockwise from east; if absent 0.
+        direction_deg: ANGLE_DEG;
+        /// Heading at the start, degrees anticlockwise from east; if absent: at the UAV that it pursues, or 0.
+        heading_deg: ANGLE_DEG;
+        /// Altitude, m; if absent: at any time that of the UAV that it pursues, or the lowest. Where altitudes are flown.
+        altitude_m: Allowed::at_least(1.0).at_most(2e4);
+    } tables {
+        /// When it does not tell where it is.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        silent: Vec<Silence>;
+    }
+
+    /// `[[intruders.silent]]`: for some time it does not tell where it is.
+    table Silence numbers {
+        /// From when, s.
+        from_s = 0.0, TIME_S;
+        /// Until when, s.
+        until_s = 1e9;
     }
 
     /// `[guidance]`: the law's gains.

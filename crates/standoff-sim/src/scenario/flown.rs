@@ -42,6 +42,8 @@ pub struct Scenario {
     pub targets: Targets,
     /// What lies under the vehicles, to be looked at only.
     pub map: Vec<MapFile>,
+    /// Aircraft that are not of the team.
+    pub intruders: Vec<Intruder>,
     /// UAVs that drop out.
     pub outages: Vec<Outage>,
     /// How what they say is carried; `None`: all hear everything, at once.
@@ -79,6 +81,8 @@ pub struct Settings {
     pub cue: CueError,
     /// The model that the targets follow, manoeuvres aside; `None` where they come from a file.
     pub model: Option<TargetParams>,
+    /// How many aircraft fly there that are not of the team.
+    pub intruders: usize,
     /// The targets that manoeuvre, by id.
     pub manoeuvring: Arc<BTreeSet<u32>>,
     /// When the last of those faults of the radio, and restarts, is over that are so within the mission, s. When a computer
@@ -137,6 +141,21 @@ pub struct Outage {
     pub from_s: f64,
     /// Until when, s; not before `from_s`.
     pub until_s: f64,
+}
+
+/// An aircraft that is not of the team.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intruder {
+    /// Where it starts, and how fast.
+    pub start: UavState,
+    /// The UAV at which it turns.
+    pub pursues: Option<UavId>,
+    /// Its turn rate where it pursues none, rad/s, positive anticlockwise.
+    pub turn_rate_rad_s: f64,
+    /// Altitude that it flies at, m; `None`: that of the UAV that it pursues.
+    pub altitude_m: Option<f64>,
+    /// When it does not tell where it is: from and until, s.
+    pub silent_s: Vec<[f64; 2]>,
 }
 
 /// How what UAVs say is carried from one to another. Cues come from outside: they are lost, late and double alike, but

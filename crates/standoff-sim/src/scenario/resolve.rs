@@ -39,6 +39,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         (None, None) => unreachable!("a scenario without targets is refused"),
     };
     let uavs = start::states(&mut file.uavs, ring.as_ref(), &settings.team, &targets);
+    let intruders = start::intruders(&mut file.intruders, &uavs, &settings.team);
     let mut warnings = warnings(&settings.team, settings.period);
     warnings.extend(zones::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
@@ -65,6 +66,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         about: file.about.clone(),
         seed,
         uavs,
+        intruders,
         outages: outages.collect(),
         radio: file.radio.as_ref().map(radio),
         starts_s,
@@ -146,8 +148,8 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
 /// The settings of a scenario in which everything is spelt out, whatever it was flown with: a record stays readable.
 pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioError> {
     let (file, mut drawing) = drawn(&typed.file, None, Draws::new(0));
-    // Where UAVs started is of no account: a ring about targets far out reaches further than may be typed.
-    drawing.problems.found.retain(|found| !found.key.contains(".at."));
+    // Where UAVs and intruders started is of no account: a ring about targets far out reaches further than may be typed.
+    drawing.problems.found.retain(|found| !found.key.contains(".at.") && !found.key.starts_with("intruders."));
     let (mut settings, passed) = settings(&file);
     settings.airspace = zones::airspace(&file.zones, &mut drawing.problems);
     check_settings(&file, settings.team.errors(), &passed, &mut drawing.problems);
@@ -199,6 +201,7 @@ fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
         noise: Noise { range_sd_m: file.sensor.range_sd_m, bearing_sd_rad: file.sensor.bearing_sd_deg.to_radians() },
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),
+        intruders: file.intruders.len(),
         manoeuvring: Arc::new(manoeuvres.map(|manoeuvre| (manoeuvre.target as u32).saturating_sub(1)).collect()),
         faults_end_s: faults_end_s(file),
     };

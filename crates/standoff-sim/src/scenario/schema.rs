@@ -122,6 +122,9 @@ mod tests {
         assert_eq!(KEYS.number("guidance.sense"), None);
         assert_eq!(KEYS.tables_with("lead_s"), ["guidance"]);
         assert_eq!(KEYS.tables_with("ring"), ["uavs"]);
-        assert_eq!(KEYS.tables_with("x_m"), ["uavs.at", "targets.scatter", "targets.at"].map(str::to_owned));
+        assert_eq!(
+            KEYS.tables_with("x_m"),
+            ["uavs.at", "intruders", "targets.scatter", "targets.at"].map(str::to_owned)
+        );
     }
 }

@@ -3,8 +3,8 @@
 use standoff::coordination::clustering::{Clusters, group_count};
 use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavState, Vertical};
 
-use super::file::resolved::{Ring, UavAt, Uavs};
-use super::flown::Targets;
+use super::file::resolved::{self, Ring, UavAt, Uavs};
+use super::flown::{Intruder, Targets};
 
 /// The UAVs' first states; what was not listed is spelt out as `[[uavs.at]]`.
 pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
@@ -31,6 +31,38 @@ pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, ta
     });
     states.collect()
 }
+
+/// The intruders, and where they start; what was not listed is spelt out.
+pub(super) fn intruders(typed: &mut [resolved::Intruder], uavs: &[UavState], team: &TeamParams) -> Vec<Intruder> {
+    let intruder = |intruder: &mut resolved::Intruder| {
+        let pursues = intruder.pursues.map(|uav| UavId(uav as u32));
+        let pursued = pursues.and_then(|uav| uavs.get(uav.0 as usize));
+        let from = pursued.map_or(Position::ORIGIN, |uav| uav.position);
+        let distance_m = intruder.distance_m.take().unwrap_or(INTRUDER_FROM_M);
+        let direction = Angle::from_deg(intruder.direction_deg.take().unwrap_or(0.0));
+        let away = from + Displacement::from_polar(distance_m, direction);
+        let x_m = *intruder.x_m.get_or_insert(away.x_m());
+        let position = Position::from_m(x_m, *intruder.y_m.get_or_insert(away.y_m()));
+        let at_uav = || pursued.map_or(0.0, |uav| (uav.position - position).direction().deg());
+        let heading = Angle::from_deg(*intruder.heading_deg.get_or_insert_with(at_uav));
+        let lowest_m = || team.first_altitude_m(UavId(0));
+        let its_own_m = intruder.altitude_m.or_else(|| pursued.is_none().then(lowest_m));
+        let altitude_m = its_own_m.or(pursued.and_then(|uav| uav.vertical).map(|vertical| vertical.altitude_m));
+        let vertical = team.uav.climb.and(altitude_m).map(|altitude_m| Vertical { altitude_m, climb_rate_m_s: 0.0 });
+        let turn_rate_rad_s = intruder.turn_rate_deg_s.unwrap_or(0.0).to_radians();
+        Intruder {
+            start: UavState { vertical, ..UavState::straight(position, heading, intruder.speed_m_s) },
+            pursues,
+            turn_rate_rad_s,
+            altitude_m: its_own_m,
+            silent_s: intruder.silent.iter().map(|silence| [silence.from_s, silence.until_s]).collect(),
+        }
+    };
+    typed.iter_mut().map(intruder).collect()
+}
+
+/// So far from the UAV that it pursues an intruder starts of which nothing else is said, m.
+const INTRUDER_FROM_M: f64 = 1000.0;
 
 /// Two UAVs start no closer to one another than this.
 const APART_M: f64 = 100.0;

@@ -28,6 +28,7 @@ pub(super) fn uav_row(uav: u32) -> UavRow {
         flown_altitude_m: None,
         climb_rate_m_s: None,
         avoids: None,
+        avoids_intruder: None,
         foretold_m: None,
         border: None,
     }

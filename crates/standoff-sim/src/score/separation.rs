@@ -1,10 +1,10 @@
-//! How far apart UAVs are, and for how long they keep away from one another.
+//! How far apart UAVs are, from one another and from intruders, and for how long they keep away from one another.
 
 use std::collections::BTreeSet;
 
-use standoff::SeparationParams;
+use standoff::{Aircraft, Position, SeparationParams, UavId};
 
-use crate::frame::{Frame, UavRow};
+use crate::frame::{Frame, IntruderRow, UavRow};
 use crate::geometry::at;
 
 /// All UAVs so far.
@@ -12,36 +12,45 @@ use crate::geometry::at;
 pub(super) struct Separations {
     pub(super) min_m: Option<f64>,
     pub(super) min_layer_m: Option<f64>,
-    /// Times that two came nearer than both minima.
+    /// Times that two, of which one is a UAV, came nearer than both minima.
     pub(super) violations: u64,
     /// Instants of UAVs that keep away from another one.
     pub(super) avoiding: u64,
-    /// Two or more have flown.
+    /// Two or more have flown, one of them a UAV.
     pub(super) has_pairs: bool,
     /// Pairs that are too near now.
-    near: BTreeSet<(u32, u32)>,
+    near: BTreeSet<(u32, Aircraft)>,
 }
 
 impl Separations {
     /// Takes in the next frame.
     pub(super) fn frame(&mut self, minima: &SeparationParams, frame: &Frame) {
-        self.avoiding += frame.uavs.iter().filter(|uav| uav.avoids.is_some()).count() as u64;
+        let avoids = |uav: &&UavRow| uav.avoids.is_some() || uav.avoids_intruder.is_some();
+        self.avoiding += frame.uavs.iter().filter(avoids).count() as u64;
         for (index, uav) in frame.uavs.iter().enumerate() {
             for other in &frame.uavs[index + 1..] {
-                self.has_pairs = true;
-                let distance_m = at(uav).distance_m(at(other));
-                take_least(&mut self.min_m, distance_m);
-                let is_one_layer = shares_altitude(minima, uav, other);
-                if is_one_layer {
-                    take_least(&mut self.min_layer_m, distance_m);
-                }
-                let pair = (uav.uav, other.uav);
-                if !(is_one_layer && distance_m < minima.minimum_m) {
-                    self.near.remove(&pair);
-                } else if self.near.insert(pair) {
-                    self.violations += 1;
-                }
+                let pair = (uav.uav, Aircraft::Uav(UavId(other.uav)));
+                self.pair(minima, pair, at(uav).distance_m(at(other)), shares_altitude(minima, uav, other));
             }
+            for intruder in &frame.intruders {
+                let pair = (uav.uav, Aircraft::Intruder(intruder.intruder));
+                let distance_m = at(uav).distance_m(Position::from_m(intruder.x_m, intruder.y_m));
+                self.pair(minima, pair, distance_m, shares_altitude_with_intruder(minima, uav, intruder));
+            }
+        }
+    }
+
+    /// Takes in how far apart two are.
+    fn pair(&mut self, minima: &SeparationParams, pair: (u32, Aircraft), distance_m: f64, is_one_layer: bool) {
+        self.has_pairs = true;
+        take_least(&mut self.min_m, distance_m);
+        if is_one_layer {
+            take_least(&mut self.min_layer_m, distance_m);
+        }
+        if !(is_one_layer && distance_m < minima.minimum_m) {
+            self.near.remove(&pair);
+        } else if self.near.insert(pair) {
+            self.violations += 1;
         }
     }
 }
@@ -54,6 +63,12 @@ fn shares_altitude(minima: &SeparationParams, uav: &UavRow, other: &UavRow) -> b
         (None, Some((one_m, other_m))) => one_m == other_m,
         (None, None) => true,
     }
+}
+
+/// The same of a UAV and an intruder, whose altitude is flown or not known.
+fn shares_altitude_with_intruder(minima: &SeparationParams, uav: &UavRow, intruder: &IntruderRow) -> bool {
+    let both_m = uav.flown_altitude_m.zip(intruder.altitude_m);
+    both_m.is_none_or(|(one_m, other_m)| (one_m - other_m).abs() < minima.vertical_m)
 }
 
 /// Keeps the smaller one.
@@ -93,6 +108,28 @@ mod tests {
         // Of whose altitude nobody knows, it is taken to be the same.
         assert_eq!(flown(&[(49.0, None)]).violations, 1);
         assert!(!flown(&[]).has_pairs);
+    }
+
+    /// One UAV, and an intruder at 49 m: once at 29 m of height, once at 30 m.
+    #[test]
+    fn an_intruder_counts_as_another_uav_does() {
+        let mut separations = Separations::default();
+        for altitude_m in [329.0, 330.0] {
+            let uavs = vec![UavRow { x_m: 0.0, y_m: 0.0, flown_altitude_m: Some(300.0), ..uav_row(0) }];
+            let intruder = IntruderRow {
+                intruder: 0,
+                x_m: 49.0,
+                y_m: 0.0,
+                heading_rad: 0.0,
+                speed_m_s: 40.0,
+                altitude_m: Some(altitude_m),
+                told: false,
+            };
+            let frame = Frame { uavs, intruders: vec![intruder], ..Frame::default() };
+            separations.frame(&SeparationParams::default(), &frame);
+        }
+        let Separations { min_m, min_layer_m, violations, has_pairs, .. } = separations;
+        assert_eq!((min_m, min_layer_m, violations, has_pairs), (Some(49.0), Some(49.0), 1, true));
     }
 
     #[test]

@@ -23,6 +23,9 @@ pub struct Setup {
     pub radius_max_m: f64,
     /// Phase separation wanted between the two UAVs of one orbit, rad.
     pub separation_rad: f64,
+    /// How many aircraft fly there that are not of the team.
+    #[serde(skip_serializing_if = "is_none")]
+    pub intruders: usize,
     /// The rules by which its orbits are judged.
     #[serde(skip)]
     pub rules: Rules,
@@ -41,9 +44,14 @@ impl Setup {
             radius_min_m: standoff.radius_min_m,
             radius_max_m: standoff.radius_max_m,
             separation_rad: settings.team.guidance.separation_rad,
+            intruders: settings.intruders,
             rules: Rules::of(settings),
         }
     }
+}
+
+fn is_none(intruders: &usize) -> bool {
+    *intruders == 0
 }
 
 /// One finished figure.

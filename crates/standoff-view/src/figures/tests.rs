@@ -30,6 +30,7 @@ pub(crate) fn setup() -> Setup {
         radius_min_m: 370.0,
         radius_max_m: 2000.0,
         separation_rad: FRAC_PI_2,
+        intruders: 0,
         rules: Rules::of(&Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap().settings),
     }
 }
@@ -96,6 +97,7 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
             flown_altitude_m: None,
             climb_rate_m_s: None,
             avoids: None,
+            avoids_intruder: None,
             foretold_m: None,
             border: None,
         });

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{separations, wanted_separation_rad};
-use standoff_sim::record::{Agents, EventAllowance, EventRow, Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use standoff_sim::record::{
+    Agents, EventAllowance, EventRow, Frame, GroupRow, IntruderRow, TrackRow, TruthRow, UavRow,
+};
 use standoff_sim::score::{Custody, Judge, Judged, PositionBound, Rules};
 
 use super::minds::{Crews, Pictures};
@@ -69,6 +71,13 @@ columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Optio
     colour: colour.map(|place| place as f64),
 } }
 
+columns! { INTRUDER: intruder(row: &IntruderRow) {
+    x_m: Some(row.x_m),
+    y_m: Some(row.y_m),
+    heading_rad: Some(row.heading_rad),
+    told: Some(f64::from(row.told)),
+} }
+
 columns! { RUN: run(custody: &Custody) {
     targets: Some(custody.targets as f64),
     tracked: Some(custody.tracked as f64),
@@ -132,6 +141,7 @@ struct Draft {
     run: Table,
     uavs: Table,
     groups: Table,
+    intruders: Table,
     targets: Table,
     crews: Crews,
     pictures: Pictures,
@@ -200,6 +210,10 @@ impl Encoder {
         for row in &frame.uavs {
             draft.uavs.put(row.uav, &uav(row, &judged));
         }
+        draft.intruders.next_instant();
+        for row in &frame.intruders {
+            draft.intruders.put(row.intruder, &intruder(row));
+        }
         let phases = phases(frame, self.separation_rad);
         draft.groups.next_instant();
         self.colours.next_instant(&frame.groups);
@@ -228,10 +242,12 @@ impl Encoder {
     /// The part that is being filled as it is so far, and of how many instants it is; `None` if of none.
     #[must_use]
     pub fn so_far(&self) -> Option<(Part, usize)> {
-        let Draft { times_us, detail_times_us, events, bounds, run, uavs, groups, targets, crews, pictures } =
+        let Draft { times_us, detail_times_us, events, bounds, run, uavs, groups, intruders, targets, crews, pictures } =
             &self.draft;
+        let intruders = Some(intruders).filter(|table| table.rows() > 0);
+        let tables = || [run, uavs, groups].into_iter().chain(intruders).chain(crews.tables());
         let part = || Part {
-            overview: half(times_us, bounds.told_m(), events, [run, uavs, groups].into_iter().chain(crews.tables())),
+            overview: half(times_us, bounds.told_m(), events, tables()),
             detail: half(detail_times_us, None, &[], [targets]),
             pictures: crews.tables().next().map(|_| half(&pictures.times_us, None, &[], pictures.tables())),
         };
@@ -249,6 +265,7 @@ impl Draft {
             run: Table::new("run", &RUN),
             uavs: Table::new("uavs", &UAV),
             groups: Table::new("groups", &GROUP),
+            intruders: Table::new("intruders", &INTRUDER),
             targets: Table::new("targets", &TARGET),
             crews: Crews::new(),
             pictures: Pictures::default(),

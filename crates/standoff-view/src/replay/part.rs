@@ -72,9 +72,10 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// Takes in UAVs, orbits, and where targets are and are thought to be.
+    /// Takes in UAVs, intruders, orbits, and where targets are and are thought to be.
     pub(super) fn take(&mut self, frame: &Frame) {
         frame.uavs.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
+        frame.intruders.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         frame.groups.iter().for_each(|row| self.put(row.x_m, row.y_m, row.standoff_distance_m));
         frame.truth.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         frame.tracks.iter().for_each(|row| self.put(row.state[0], row.state[3], 0.0));

@@ -228,6 +228,7 @@ pub(super) fn head() -> Head {
         radius_min_m: 250.0,
         radius_max_m: 700.0,
         separation_rad: 1.5,
+        intruders: 0,
         rules: crate::figures::tests::setup().rules,
     };
     Head::new(&Manifest::new("s", u64::MAX, 10.0, 0.5), setup, vec!["</script><b>".to_owned()])

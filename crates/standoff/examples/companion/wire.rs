@@ -22,6 +22,7 @@ pub(crate) fn encode(message: &Message) -> Vec<u8> {
             put_stamp(stamp, &mut bytes);
             bytes.extend(part);
         }
+        Message::Traffic(traffic) => put_traffic(traffic, &mut bytes),
     }
     let checksum = crc32fast::hash(&bytes);
     put(&mut bytes, [checksum.to_le_bytes()]);
@@ -51,9 +52,7 @@ fn put_report(report: &Report, bytes: &mut Vec<u8>) {
     put(bytes, [duty.map_or(0, |group| group.0).to_le_bytes()]);
     bytes.push((0..).zip(flags).map(|(bit, is_set)| u8::from(is_set) << bit).sum());
     put(bytes, [(detections.len() as u16).to_le_bytes()]);
-    if let Some(Vertical { altitude_m, climb_rate_m_s }) = vertical {
-        put(bytes, [altitude_m, climb_rate_m_s].map(|number| number.to_le_bytes()));
-    }
+    put_vertical(vertical.as_ref(), bytes);
     for Detection { label, measurement } in detections {
         put(bytes, [label.0.to_le_bytes()]);
         put(bytes, [measurement.range_m, measurement.bearing.rad()].map(f64::to_le_bytes));
@@ -97,6 +96,24 @@ fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
     put(bytes, numbers.map(f64::to_le_bytes));
 }
 
+fn put_traffic(traffic: &Traffic, bytes: &mut Vec<u8>) {
+    let Traffic { aircraft, time, state } = traffic;
+    let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = state;
+    bytes.push(3);
+    put(bytes, [aircraft.to_le_bytes()]);
+    put(bytes, [time.us().to_le_bytes()]);
+    let numbers = [position.x_m(), position.y_m(), heading.rad(), *speed_m_s, *turn_rate_rad_s];
+    put(bytes, numbers.map(f64::to_le_bytes));
+    bytes.push(u8::from(vertical.is_some()));
+    put_vertical(vertical.as_ref(), bytes);
+}
+
+fn put_vertical(vertical: Option<&Vertical>, bytes: &mut Vec<u8>) {
+    if let Some(Vertical { altitude_m, climb_rate_m_s }) = vertical {
+        put(bytes, [altitude_m, climb_rate_m_s].map(|number| number.to_le_bytes()));
+    }
+}
+
 /// `None` for what is no message. What is one and makes no sense, the agent refuses itself.
 pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
     let (told, checksum) = bytes.split_last_chunk()?;
@@ -106,6 +123,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
         0 => Message::Report(from.report()?),
         1 => Message::Cue(from.cue()?),
         2 => Message::Snapshot(from.part()?),
+        3 => Message::Traffic(from.traffic()?),
         _ => return None,
     };
     from.0.is_empty().then_some(message)
@@ -221,6 +239,13 @@ impl Reader<'_> {
         let (position, velocity) = (self.position()?, Velocity::from_m_s(self.number()?, self.number()?));
         let (position_sd_m, velocity_sd_m_s) = (self.number()?, self.number()?);
         Some(Cue { searcher, said, number, label, time, position, velocity, position_sd_m, velocity_sd_m_s })
+    }
+
+    fn traffic(&mut self) -> Option<Traffic> {
+        let (aircraft, time, position, heading) = (self.word()?, self.time()?, self.position()?, self.angle()?);
+        let (speed_m_s, turn_rate_rad_s) = (self.number()?, self.number()?);
+        let vertical = if self.byte()? == 1 { Some(self.vertical()?) } else { None };
+        Some(Traffic { aircraft, time, state: UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } })
     }
 
     fn part(&mut self) -> Option<SnapshotPart> {

@@ -12,8 +12,9 @@
 use crate::guidance::alternatives::Costs;
 use crate::guidance::course::{Course, Intent};
 use crate::guidance::heading::Steering;
+use crate::guidance::pursuit;
 use crate::param::{Allowed, ParamError};
-use crate::uav::{Command, UavId, UavParams, UavState, Vertical};
+use crate::uav::{Aircraft, Command, UavId, UavParams, UavState, Vertical};
 
 /// How far apart UAVs are kept: they may be nearer than one of the two, never than both.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,10 +68,15 @@ const SPARE_MIN_M: f64 = -10.0;
 const COSTS: Costs = Costs { speed: 0.1, turn: 0.2 };
 const SHORTFALL_COST: f64 = 100.0;
 
-/// Another UAV, as it last said.
+/// So far ahead it is foretold of who is not of the team that it flies on, and that it turns at the UAV, s.
+const INTRUDER_AHEAD_S: f64 = 12.0;
+/// For so long a UAV may turn, before it flies straight on, on the way out of an intruder's way, s.
+const TURNS_S: [f64; 4] = [2.0, 4.0, 7.0, 10.0];
+
+/// Another aircraft, as it last said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Other {
-    pub(crate) uav: UavId,
+    pub(crate) aircraft: Aircraft,
     pub(crate) said: UavState,
     /// How long ago, s.
     pub(crate) age_s: f64,
@@ -86,8 +92,8 @@ impl Other {
 /// Whom a UAV avoids.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Avoidance {
-    /// The UAV to which it would have come nearest.
-    pub from: UavId,
+    /// The aircraft to which it would have come nearest.
+    pub from: Aircraft,
     /// How near, m, by what it foretold.
     pub foretold_m: f64,
 }
@@ -106,11 +112,13 @@ pub(crate) struct Keeper<'a> {
     pub(crate) own: &'a UavState,
 }
 
-/// Another UAV that may come near.
+/// Another aircraft that may come near.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    uav: UavId,
+    aircraft: Aircraft,
     course: Course,
+    /// Where it is now, if it may turn at the UAV.
+    pursuer: Option<UavState>,
     /// For so long what is foretold counts, s.
     ahead_s: f64,
     /// How far away it is kept where that is possible, m, and how much further for each second foretold, m/s.
@@ -139,7 +147,7 @@ impl Keeper<'_> {
         }
         let intent = steering.map_or(Intent::held(wanted), |steering| Intent::of(wanted, self.own.heading, steering));
         let course = Course::of(self.own, intent, self.uav.turn_rate_lag_s, 0.0);
-        match shortfall(&course, &near, f64::INFINITY) {
+        match self.shortfall(&course, &near, f64::INFINITY) {
             (_, None) => (wanted, None),
             (_, avoidance) => (self.nearest_command((wanted, course), &near, is_allowed), avoidance),
         }
@@ -188,14 +196,18 @@ impl Keeper<'_> {
 
     /// What is to be kept of another one, unless it is too far away to matter: of lower id, this UAV gives way.
     fn near(&self, other: &Other, intent_of: impl Fn(UavId) -> Option<Intent>) -> Option<Near> {
-        let Other { uav, said, age_s } = other;
+        let Other { aircraft, said, age_s } = other;
         let age_s = age_s.min(SILENT_MAX_S);
         let minimum_m = self.separation.minimum_m;
-        let (ahead_s, wanted_m, growth_m_s) = if self.id < *uav {
-            (AHEAD_S, minimum_m + SPARE_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s)
-        } else {
-            let spare_m = (SPARE_M - RELUCTANCE_M_S * age_s).max(SPARE_MIN_M);
-            (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + spare_m, 0.0)
+        let gives_way = |ahead_s| (ahead_s, minimum_m + SPARE_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s);
+        let (mate, (ahead_s, wanted_m, growth_m_s)) = match *aircraft {
+            // It does nothing for it.
+            Aircraft::Intruder(_) => (None, gives_way(INTRUDER_AHEAD_S)),
+            Aircraft::Uav(mate) if self.id < mate => (Some(mate), gives_way(AHEAD_S)),
+            Aircraft::Uav(mate) => {
+                let spare_m = (SPARE_M - RELUCTANCE_M_S * age_s).max(SPARE_MIN_M);
+                (Some(mate), (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + spare_m, 0.0))
+            }
         };
         let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *said;
         let least_m = wanted_m + growth_m_s * ahead_s;
@@ -206,14 +218,15 @@ impl Keeper<'_> {
         let is_trusted =
             |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
         let flown = Intent::held(Command { speed_m_s, turn_rate_rad_s });
-        let intent = match intent_of(*uav) {
+        let intent = match mate.and_then(intent_of) {
             None => flown,
             Some(intent) if is_trusted(&intent) => intent,
             // It avoids somebody, and will be back.
             Some(intent) => Intent { for_s: AVOIDING_S, then_rad_s: intent.then_rad_s, ..flown },
         };
         let course = Course::of(said, intent, self.uav.turn_rate_lag_s, age_s);
-        Some(Near { uav: *uav, course, ahead_s, wanted_m, growth_m_s })
+        let pursuer = mate.is_none().then(|| said.carried_on(age_s));
+        Some(Near { aircraft: *aircraft, course, pursuer, ahead_s, wanted_m, growth_m_s })
     }
 
     /// The command that costs least; what is wanted if nothing else may be flown.
@@ -225,48 +238,63 @@ impl Keeper<'_> {
         is_allowed: impl Fn(Command) -> bool,
     ) -> Command {
         let mut best = (f64::INFINITY, wanted);
+        let turns_s = if near.iter().any(|other| other.pursuer.is_some()) { &TURNS_S[..] } else { &[] };
         for (effort, command) in COSTS.alternatives(self.uav, self.own.turn_rate_rad_s, wanted) {
             // Whatever falls shorter than that costs more.
             let short_max = (best.0 - effort) / SHORTFALL_COST;
             if short_max <= 0.0 {
                 break;
             }
-            let (short, _) = shortfall(&course.with(Intent::held(command)), near, short_max);
+            let held = Intent::held(command);
+            let mut short = self.shortfall(&course.with(held), near, short_max).0;
+            for for_s in turns_s {
+                if short > 0.0 {
+                    let turn = Intent { for_s: *for_s, then_rad_s: 0.0, ..held };
+                    short = short.min(self.shortfall(&course.with(turn), near, short_max).0);
+                }
+            }
             if short < short_max && is_allowed(command) {
                 best = (effort + SHORTFALL_COST * short, command);
             }
         }
         best.1
     }
-}
 
-/// By which part of the wanted distance a course falls short at most, and of whom; beyond so much nobody looks any further.
-fn shortfall(course: &Course, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
-    let mut worst = (0.0, None);
-    for other in near {
-        let furthest_m = other.wanted_m + other.growth_m_s * other.ahead_s;
-        if course.apart_m(&other.course, other.ahead_s) >= furthest_m {
-            continue;
+    /// By which part of the wanted distance a course falls short at most, and of whom; beyond so much nobody looks any further.
+    fn shortfall(&self, course: &Course, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
+        let mut worst = (0.0, None);
+        for other in near {
+            let furthest_m = other.wanted_m + other.growth_m_s * other.ahead_s;
+            if other.pursuer.is_none() && course.apart_m(&other.course, other.ahead_s) >= furthest_m {
+                continue;
+            }
+            let closing_m_s = course.fastest_m_s() + other.course.fastest_m_s() + other.growth_m_s;
+            let enough_m = other.wanted_m * (1.0 - short_max);
+            let (mut after_s, mut spare_m, mut foretold_m) = (0.0, f64::INFINITY, f64::INFINITY);
+            while after_s < other.ahead_s && spare_m >= enough_m {
+                let distance_m = course.at(after_s).distance_m(other.course.at(after_s));
+                let left_m = distance_m - other.growth_m_s * after_s;
+                (spare_m, foretold_m) = (spare_m.min(left_m), foretold_m.min(distance_m));
+                // Before that it cannot be nearer than it was, or than is wanted.
+                after_s += ((left_m - other.wanted_m.min(spare_m)) / closing_m_s).max(0.25);
+            }
+            if let Some(pursuer) = &other.pursuer {
+                let turn_max_rad_s = self.uav.turn_rate_max_rad_s;
+                let closest_m = pursuit::closest_m(pursuer, turn_max_rad_s, other.ahead_s, other.growth_m_s, |at_s| {
+                    course.at(at_s)
+                });
+                (spare_m, foretold_m) = (spare_m.min(closest_m), foretold_m.min(closest_m));
+            }
+            let short = (other.wanted_m - spare_m) / other.wanted_m;
+            if short > worst.0 {
+                worst = (short, Some(Avoidance { from: other.aircraft, foretold_m }));
+            }
+            if short >= short_max {
+                break;
+            }
         }
-        let closing_m_s = course.fastest_m_s() + other.course.fastest_m_s() + other.growth_m_s;
-        let enough_m = other.wanted_m * (1.0 - short_max);
-        let (mut after_s, mut spare_m, mut foretold_m) = (0.0, f64::INFINITY, f64::INFINITY);
-        while after_s < other.ahead_s && spare_m >= enough_m {
-            let distance_m = course.at(after_s).distance_m(other.course.at(after_s));
-            let left_m = distance_m - other.growth_m_s * after_s;
-            (spare_m, foretold_m) = (spare_m.min(left_m), foretold_m.min(distance_m));
-            // Before that it cannot be nearer than it was, or than is wanted.
-            after_s += ((left_m - other.wanted_m.min(spare_m)) / closing_m_s).max(0.25);
-        }
-        let short = (other.wanted_m - spare_m) / other.wanted_m;
-        if short > worst.0 {
-            worst = (short, Some(Avoidance { from: other.uav, foretold_m }));
-        }
-        if short >= short_max {
-            break;
-        }
+        worst
     }
-    worst
 }
 
 /// Nobody climbs or descends past who is nearer than so many minima.

@@ -57,8 +57,10 @@ fn fly(mut fliers: Vec<Flier>, seconds: f64) -> Flown {
     let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new() };
     let mut sides = vec![0.0f64; fliers.len()];
     for _ in 0..(seconds / PERIOD_S) as usize {
-        let others: Vec<Other> =
-            (0..).zip(&fliers).map(|(id, flier)| Other { uav: UavId(id), said: flier.state, age_s: 0.0 }).collect();
+        let others: Vec<Other> = (0..)
+            .zip(&fliers)
+            .map(|(id, flier)| Other { aircraft: Aircraft::Uav(UavId(id)), said: flier.state, age_s: 0.0 })
+            .collect();
         for (place, flier) in fliers.iter_mut().enumerate() {
             for other in &others[place + 1..] {
                 let up_m =
@@ -71,7 +73,7 @@ fn fly(mut fliers: Vec<Flier>, seconds: f64) -> Flown {
             let wanted = uav.limit(Command { speed_m_s: flier.speed_m_s, turn_rate_rad_s: off_rad }).command;
             let own = flier.state;
             let keeper = Keeper { separation: &separation, uav: &uav, id: UavId(place as u32), own: &own };
-            let mates = others.iter().copied().filter(|other| other.uav != keeper.id);
+            let mates = others.iter().copied().filter(|other| other.aircraft != Aircraft::Uav(keeper.id));
             let mut altitude_m = flier.altitude_m;
             let mut command = wanted;
             if flier.keeps_apart {
@@ -196,4 +198,50 @@ proptest! {
 /// 200, or more if `PROPTEST_CASES` says so.
 fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(200)
+}
+
+/// A UAV on its orbit of 400 m, and an intruder that turns at it all the while, from 1 km: how near that comes, m, and for
+/// which part of the time something else was flown than the orbit.
+fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
+    let (uav, separation, dt) = (params(), SeparationParams::default(), Duration::from_s(PERIOD_S));
+    let response: Response = uav.response(dt);
+    let guidance = TeamParams::table_1().guidance;
+    let ramp = crate::guidance::standoff_distance::Ramp { radius_m: 400.0, rate_m_s: 0.0 };
+    let orbit = crate::guidance::heading::Orbit {
+        centre: Position::ORIGIN,
+        centre_velocity: crate::frame::Velocity::ZERO,
+        distance_m: 400.0,
+        rate_m_s: 0.0,
+        steered: ramp,
+    };
+    let mut own = UavState::straight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
+    let direction = Angle::from_deg(direction_deg);
+    let start = own.position + Displacement::from_polar(1000.0, direction);
+    let mut intruder = UavState::straight(start, direction + Angle::from_deg(180.0), intruder_m_s);
+    let (mut closest_m, mut avoided, steps) = (f64::INFINITY, 0, (seconds / PERIOD_S) as usize);
+    for _ in 0..steps {
+        closest_m = closest_m.min(own.position.distance_m(intruder.position));
+        let steering = crate::guidance::heading::steer(&guidance, &own, &orbit, 40.0);
+        let wanted = uav.limit(Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s }).command;
+        let keeper = Keeper { separation: &separation, uav: &uav, id: UavId(3), own: &own };
+        let other = Other { aircraft: Aircraft::Intruder(0), said: intruder, age_s: 0.0 };
+        let (kept, avoidance) =
+            keeper.keep_apart((wanted, Some(&steering)), None, core::iter::once(other), |_| None, |_| true);
+        avoided += usize::from(avoidance.is_some());
+        let off_rad = ((own.position - intruder.position).direction() - intruder.heading).rad();
+        let turn_rate_rad_s = (1.2 * off_rad).clamp(-uav.turn_rate_max_rad_s, uav.turn_rate_max_rad_s);
+        intruder = response.step(&intruder, Command { speed_m_s: intruder_m_s, turn_rate_rad_s });
+        own = response.step(&own, kept);
+    }
+    (closest_m, avoided as f64 / steps as f64)
+}
+
+/// Pursued from wherever by one as fast as it likes to fly itself, it comes no nearer than the least distance, and is back on
+/// its orbit most of the time.
+#[test]
+fn who_pursues_is_kept_away_from_and_does_nothing_for_it() {
+    for direction in 0..12 {
+        let (closest_m, avoided) = pursued(40.0, 30.0 * f64::from(direction), 120.0);
+        assert!(closest_m >= 60.0 && avoided < 0.6, "from {direction}/12: {closest_m} m, {avoided}");
+    }
 }
