@@ -156,20 +156,33 @@ impl Keeper<'_> {
     /// The altitude to ask for on the way to a wanted one, m: not past who is near and apart by altitude alone.
     pub(crate) fn altitude_m(&self, wanted_m: f64, others: impl Iterator<Item = Other>) -> f64 {
         let Some(own) = self.own.vertical else { return wanted_m };
-        let mut allowed_m = wanted_m;
+        // Between these it is clear of all that are near.
+        let [mut low_m, mut high_m] = [f64::NEG_INFINITY, f64::INFINITY];
         for other in others {
-            let Some([its_low_m, its_high_m]) = other.levels_m() else { continue };
+            let Some((its, [its_low_m, its_high_m])) = other.said.vertical.zip(other.levels_m()) else { continue };
             let clear_m = CLIMB_CLEAR_MINIMA * self.separation.minimum_m + 2.0 * self.uav.speed_max_m_s() * other.age_s;
-            let (below_m, above_m) = (its_low_m - self.separation.vertical_m, its_high_m + self.separation.vertical_m);
             let is_clear = self.own.position.squared_distance_m2(other.said.position) > clear_m * clear_m;
-            // Who is between can only go on.
-            if is_clear || below_m < own.altitude_m && own.altitude_m < above_m {
+            let over_m = own.altitude_m - its.altitude_m;
+            // Who is beside it already can only go on.
+            if is_clear || over_m.abs() < self.separation.vertical_m {
                 continue;
             }
-            allowed_m = if own.altitude_m <= below_m { allowed_m.min(below_m) } else { allowed_m.max(above_m) };
+            if over_m > 0.0 {
+                low_m = low_m.max(its_high_m + self.separation.vertical_m);
+            } else {
+                high_m = high_m.min(its_low_m - self.separation.vertical_m);
+            }
         }
-        // Between two that hold it, it stays.
-        if (allowed_m - own.altitude_m) * (wanted_m - own.altitude_m) < 0.0 { own.altitude_m } else { allowed_m }
+        let waits_m = if wanted_m > high_m {
+            (high_m - SPARE_VERTICAL_M).max(low_m)
+        } else if wanted_m < low_m {
+            (low_m + SPARE_VERTICAL_M).min(high_m)
+        } else {
+            return wanted_m;
+        };
+        // Between two that hold it, and where it would only go away from its altitude, it stays.
+        let is_backwards = (waits_m - own.altitude_m) * (wanted_m - own.altitude_m) <= 0.0;
+        if low_m > high_m || is_backwards { own.altitude_m } else { waits_m }
     }
 
     /// The altitudes between which it will be, m; `None`: nobody knows.
@@ -299,6 +312,8 @@ impl Keeper<'_> {
 
 /// Nobody climbs or descends past who is nearer than so many minima.
 const CLIMB_CLEAR_MINIMA: f64 = 6.0;
+/// So much more than the least difference of altitudes waits who may not climb or descend past another one, m.
+const SPARE_VERTICAL_M: f64 = 1.0;
 
 /// The altitudes between which a UAV is on its way to one, that is reached within so long if it goes on as now, m.
 fn reach_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {

@@ -172,10 +172,24 @@ fn those_apart_in_height_pass_over_one_another() {
     let beside = |y_m: f64| Flier::new((0.0, y_m), 0.0);
     let flown = fly(vec![beside(0.0).climbing(300.0, 400.0), beside(150.0).climbing(350.0, 350.0)], 60.0);
     let height_m = |place: usize| flown.last[place].vertical.map_or(0.0, |vertical| vertical.altitude_m);
-    assert!((height_m(0) - 320.0).abs() < 0.1 && (height_m(1) - 350.0).abs() < 1e-9, "{flown:?}");
+    assert!((height_m(0) - 319.0).abs() < 0.1 && (height_m(1) - 350.0).abs() < 1e-9, "{flown:?}");
     // 700 m apart, it climbs.
     let flown = fly(vec![beside(0.0).climbing(300.0, 400.0), beside(700.0).climbing(350.0, 350.0)], 60.0);
     assert!(flown.last[0].vertical.is_some_and(|vertical| (vertical.altitude_m - 400.0).abs() < 0.5), "{flown:?}");
+}
+
+/// Two that want to change places, one over the other, and a third between them: all hold their heights.
+#[test]
+fn those_over_one_another_do_not_change_places() {
+    let at = |y_m: f64, from_m: f64, to_m: f64| Flier::new((0.0, y_m), 0.0).climbing(from_m, to_m);
+    for apart_m in [32.0, 40.0, 55.0, 80.0] {
+        let flown = fly(vec![at(0.0, 300.0, 400.0), at(10.0, 300.0 + apart_m, 200.0)], 60.0);
+        assert_eq!(flown.closest_m, f64::INFINITY, "{apart_m} m: {flown:?}");
+        let top_m = 300.0 + 2.0 * apart_m;
+        let all = vec![at(0.0, 300.0, 400.0), at(10.0, 300.0 + apart_m, top_m), at(20.0, top_m, 200.0)];
+        let flown = fly(all, 60.0);
+        assert_eq!(flown.closest_m, f64::INFINITY, "{apart_m} m: {flown:?}");
+    }
 }
 
 proptest! {
