@@ -116,19 +116,9 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
 /// use standoff_view::replay::{Encoder, Head};
 ///
 /// let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 1)?;
-/// let (settings, params) = (&scenario.settings, &scenario.settings.team);
+/// let settings = &scenario.settings;
 /// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
-/// let setup = Setup {
-///     title: manifest.title(),
-///     field_of_view_rad: params.track.sensor.field_of_view_rad,
-///     speed_min_m_s: params.uav.speed_m_s - params.uav.speed_change_max_m_s,
-///     speed_max_m_s: params.uav.speed_max_m_s(),
-///     turn_rate_max_rad_s: params.uav.turn_rate_max_rad_s,
-///     radius_min_m: params.group.standoff.radius_min_m,
-///     radius_max_m: params.group.standoff.radius_max_m,
-///     separation_rad: params.guidance.separation_rad,
-///     rules: Rules::of(settings),
-/// };
+/// let setup = Setup::of(manifest.title(), settings);
 /// let mut encoder = Encoder::new(&Rules::of(settings), 1);
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
 /// let mut parts = Vec::new();

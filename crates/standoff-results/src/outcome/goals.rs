@@ -35,8 +35,7 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
         "commit_lag_s" | "commit_lag_max_s" | "bytes_per_s" | "bytes_max_per_s" => "small".to_owned(),
         "separation_min_m" => "altitudes may differ".to_owned(),
         "separation_min_layer_m" => {
-            let limit_m = settings.team.separation.map_or(CLOSE_M, |separation| separation.minimum_m);
-            format!("limit {limit_m:.0}: two at one altitude")
+            format!("limit {:.0}: two at one altitude", close_m(settings))
         }
         "separation_time_s" => "small".to_owned(),
         "turn_rate_saturated_fraction" => {
@@ -55,6 +54,11 @@ pub(super) fn good(metric: &str, settings: &Settings) -> String {
     }
 }
 
+/// Two at one altitude are to be further apart than this, m.
+fn close_m(settings: &Settings) -> f64 {
+    settings.team.separation.map_or(CLOSE_M, |separation| separation.minimum_m)
+}
+
 /// Why numbers are what they are, where they could be taken for a failure.
 pub(super) fn words(
     metrics: &Chosen,
@@ -68,7 +72,7 @@ pub(super) fn words(
         let without = "--set orbit.margin=standard-deviations";
         words.push(format!("r_d jumps: margin (16) is no length (an erratum); without: {without}"));
     }
-    if let Some(closest_m) = get("separation_min_layer_m").filter(|closest_m| *closest_m < CLOSE_M) {
+    if let Some(closest_m) = get("separation_min_layer_m").filter(|closest_m| *closest_m < close_m(settings)) {
         let kept = match settings.team.separation {
             Some(separation) => format!("they are to be kept {} m apart", separation.minimum_m),
             None => "nothing enforces a distance".to_owned(),
