@@ -134,7 +134,9 @@ fn what_makes_no_sense_is_told_at_its_place() {
     };
     for (intruder, expected) in [
         ("{}", "intruders.0: starts nowhere; give `x_m` and `y_m`, or the UAV that it `pursues`"),
-        ("{x_m=1}", "starts nowhere"),
+        ("{x_m=1}", "intruders.0.x_m = 1: half a place to start from; give `y_m`, too"),
+        ("{pursues=0, y_m=1}", "intruders.0.y_m = 1: half a place to start from; give `x_m`, too"),
+        ("{distance_m=5}", "`distance_m` and `direction_deg` are from the UAV that it `pursues`; name it"),
         ("{x_m=1, y_m=2, distance_m=5, pursues=0}", "a place seen from a UAV; keep one"),
         ("{pursues=4}", "intruders.0.pursues = 4: must be at least 0 and at most 3 (one of the UAVs, counted from 0)"),
         ("{pursues=0, turn_rate_deg_s=3}", "who `pursues` a UAV turns at it; keep one"),

@@ -122,16 +122,27 @@ fn check_intruders(intruders: &[Intruder], whom: Allowed, problems: &mut Problem
         let table = format!("intruders.{index}");
         let Intruder { pursues, turn_rate_deg_s, x_m, y_m, distance_m, direction_deg, .. } = intruder;
         let (from_uav, in_plane) = (distance_m.or(*direction_deg), x_m.or(*y_m));
+        let half = match (x_m, y_m) {
+            (Some(_), None) => Some(("x_m", "y_m")),
+            (None, Some(_)) => Some(("y_m", "x_m")),
+            _ => None,
+        };
         if let Some(uav) = *pursues {
             problems.check_whole(&format!("{table}.pursues"), uav, whom);
         }
         if turn_rate_deg_s.is_some() && pursues.is_some() {
             problems.add(format!("{table}.turn_rate_deg_s"), "who `pursues` a UAV turns at it; keep one", None);
         }
-        if x_m.is_some() != y_m.is_some() || in_plane.is_none() && pursues.is_none() {
-            problems.add(table.clone(), "starts nowhere; give `x_m` and `y_m`, or the UAV that it `pursues`", None);
-        } else if in_plane.is_some() && from_uav.is_some() {
+        if in_plane.is_some() && from_uav.is_some() {
             problems.add(table.clone(), "has `x_m`, `y_m` and a place seen from a UAV; keep one", None);
+        } else if let Some((given, missing)) = half {
+            problems.add(
+                format!("{table}.{given}"),
+                format!("half a place to start from; give `{missing}`, too"),
+                None,
+            );
+        } else if in_plane.or(from_uav).or(*pursues).is_none() {
+            problems.add(table.clone(), "starts nowhere; give `x_m` and `y_m`, or the UAV that it `pursues`", None);
         } else if from_uav.is_some() && pursues.is_none() {
             problems.add(
                 table.clone(),
