@@ -232,6 +232,7 @@ class Charts {
     const sets = {
       uav: () => ({ uavs: new Set([object.id]), groups: served(object.id) }),
       group: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => served(uav).has(object.id))), groups: new Set([object.id]) }),
+      intruder: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => film.series("uavs", "avoids_intruder", uav).includes(object.id))), groups: new Set() }),
       target: () => ({ uavs: new Set(), groups: this.target.groups }),
     }[object.kind]();
     return { ...sets, key: `${objectWord(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };

@@ -6,7 +6,7 @@ const ALL_NOW = { kind: "now" };
 
 class Choice {
   constructor() {
-    /** What is looked at: `null`, or `{kind: "uav" | "group" | "target", id}`. A group stands for its orbit, too. */
+    /** What is looked at: `null`, or `{kind: "uav" | "group" | "target" | "intruder", id}`. A group stands for its orbit, too. */
     this.object = null;
     /** What the map keeps in sight: `WHOLE_RUN`, `ALL_NOW`, an object as above, or with `null` what the reader turned it to. */
     this.followed = WHOLE_RUN;
@@ -74,7 +74,7 @@ function wholeName(film, object) {
 
 /** An object as readers call it. */
 function objectName(film, { kind, id }) {
-  if (kind !== "target") return kind === "uav" ? `UAV ${id}` : `group ${id}`;
+  if (kind !== "target") return kind === "uav" ? `UAV ${id}` : `${kind} ${id}`;
   // Many files number their vehicles.
   const name = targetName(film, id);
   return /^\d+$/.test(name) ? `target ${name}` : name;

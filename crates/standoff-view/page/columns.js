@@ -19,13 +19,15 @@ const UAV_COLUMNS = [
   ["line_of_sight_deg", "Line of sight (\u00b0)", (uav) =>
     uav.out ? `out since ${uav.out.since_s.toFixed(1)} s` : fixed(uav.line_of_sight_rad * DEGREES, 1),
     "Largest angle, at the UAV, between its boresight and the true place of a member of its group; beyond half the field of view it is not seen"],
-  ["keeps_off", "Keeps off", (uav) => [uav.avoids === null ? "" : avoidsWords(uav), uav.zone].filter(Boolean).join(", "),
-    "The UAV from which it keeps away, and how near they would have come as it foretold; the zone because of which it flies another way"],
+  ["keeps_off", "Keeps off", (uav) => [avoidsWords(uav), uav.zone].filter(Boolean).join(", "),
+    "The UAV or intruder from which it keeps away, and how near they would have come as it foretold; the zone because of which it flies another way"],
 ];
 
-/** Whom a UAV avoids. */
-function avoidsWords({ avoids, foretold_m }) {
-  return `UAV ${avoids}${Number.isNaN(foretold_m) ? "" : ` (${foretold_m.toFixed(0)} m foretold)`}`;
+/** Whom a UAV avoids; nothing for nobody. */
+function avoidsWords({ avoids, avoids_intruder, foretold_m }) {
+  if (avoids === null && avoids_intruder === null) return "";
+  const whom = avoids === null ? `intruder ${avoids_intruder}` : `UAV ${avoids}`;
+  return `${whom}${Number.isNaN(foretold_m) ? "" : ` (${foretold_m.toFixed(0)} m foretold)`}`;
 }
 
 const GROUP_COLUMNS = [
@@ -39,6 +41,18 @@ const GROUP_COLUMNS = [
   ["separation_m", "Separation (m)", (group) => fixed(group.separation_m, 0), "Smallest distance between two of its UAVs"],
   ["position_error_m", "Position error (m)", (group) => fixed(group.position_error_m, 2),
     "Root of the mean squared distance of its members' estimated from their true places"],
+];
+
+const INTRUDER_COLUMNS = [
+  ["id", "Intruder", (intruder) => `${intruder.id}`, "The intruder's number: its place in the scenario, from 0"],
+  ["x_m", "East (m)", (intruder) => fixed(intruder.now_x_m, 1), "Metres east of the origin, as it really is; negative: west"],
+  ["y_m", "North (m)", (intruder) => fixed(intruder.now_y_m, 1), "Metres north of the origin, as it really is; negative: south"],
+  ["speed_m_s", "Speed (m/s)", (intruder) => fixed(intruder.speed_m_s, 2), "Its true speed"],
+  ["heading_deg", "Heading (\u00b0)", (intruder) => compass(intruder.heading_rad), "Compass heading: 0 is north, 90 east"],
+  ["nearest_m", "Nearest UAV (m)", ({ nearest }) => (nearest ? `${fixed(nearest.distance_m, 0)} (UAV ${nearest.uav})` : "\u2013"),
+    "How far the nearest UAV is, whatever their altitudes; and which it is"],
+  ["tells", "Tells where it is", ({ silent }) => silent || "yes",
+    `Whether it tells where it is; who has told nothing for more than ${FORGOTTEN_S} s is not kept away from`],
 ];
 
 const TARGET_COLUMNS = [

@@ -4,7 +4,7 @@
 function follows({ film, choice }) {
   const select = element("follow");
   const word = objectWord(choice.followed);
-  const objects = [...film.ids.groups.map((id) => ({ kind: "group", id })), ...film.ids.uavs.map((id) => ({ kind: "uav", id }))];
+  const objects = ["group", "uav", "intruder"].flatMap((kind) => film.ids[`${kind}s`].map((id) => ({ kind, id })));
   if (choice.followed?.kind === "target") objects.push(choice.followed);
   const wanted = [["run", "whole run"], ["now", "all now"], ["", "nothing"],
     ...objects.map((object) => [objectWord(object), objectName(film, object)])];

@@ -53,7 +53,7 @@ class Sieve {
   /** Names for the field. */
   propose() {
     const { film } = this.page;
-    const names = [...film.ids.uavs.map((id) => `UAV ${id}`), ...film.head.targets.slice(0, MOST_VEHICLES)];
+    const names = [...film.ids.uavs.map((id) => `UAV ${id}`), ...film.ids.intruders.map((id) => `intruder ${id}`), ...film.head.targets.slice(0, MOST_VEHICLES)];
     element("vehicles").replaceChildren(...names.map((name) => Object.assign(new Option(), { value: name })));
   }
 
@@ -89,12 +89,12 @@ class Sieve {
     this.key = JSON.stringify([this.page.run.letter, film.minds.chosen, kind, group, this.vehicle.value, this.routine.checked, object]);
   }
 
-  /** Whether an event is of the vehicle in the field: `UAV 2`, a target, or part of the names of some. */
+  /** Whether an event is of the vehicle in the field: `UAV 2`, `intruder 0`, a target, or part of the names of some. */
   ofVehicle() {
     const text = this.vehicle.value.trim().toLowerCase();
     if (!text) return () => true;
-    const uav = /^uav (\d+)$/.exec(text);
-    if (uav) return (event) => event.uavs.includes(Number(uav[1]));
+    const [, kind, id] = /^(uav|intruder) (\d+)$/.exec(text) ?? [];
+    if (kind) return (event) => isOf(event, { kind, id: Number(id) });
     const names = this.page.film.head.targets.map((name) => name.toLowerCase());
     const isSame = names.includes(text);
     return (event) => event.target !== null && (isSame ? names[event.target] === text : names[event.target]?.includes(text));
@@ -115,6 +115,7 @@ class Sieve {
 function isOf(event, { kind, id }) {
   if (kind === "uav") return event.uavs.includes(id);
   if (kind === "target") return event.target === id;
+  if (kind === "intruder") return event.intruder === id;
   return event.group === id || event.to_group === id;
 }
 
@@ -318,7 +319,8 @@ function eventText(film, event) {
         : "";
   const target = event.target === null ? "" : targetName(film, event.target);
   const uavs = event.target === null && event.uavs.length ? `UAV ${event.uavs.join(", ")}` : "";
-  const who = [target || uavs, groups].filter(Boolean).join(", ");
+  const intruder = event.intruder === undefined ? "" : `intruder ${event.intruder}`;
+  const who = [target || uavs, intruder, groups].filter(Boolean).join(", ");
   const when = event.happened_us === undefined ? "" : ` (at ${(event.happened_us / 1e6).toFixed(1)} s by its clock)`;
   const likely = event.provisional ? " (provisional: it may still turn out otherwise)" : "";
   return `${event.kind}${who ? ` \u2013 ${who}` : ""}: ${event.reason}${when}${likely}`;

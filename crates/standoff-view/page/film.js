@@ -210,8 +210,8 @@ class Film {
   series(table, column, id) {
     const values = new Float32Array(this.times_s.length).fill(NaN);
     this.parts.forEach((half, index) => {
-      const { places, columns, instants } = half.tables[table];
-      const place = places.get(id);
+      const { places, columns, instants } = half.tables[table] ?? {};
+      const place = places?.get(id);
       if (place === undefined) return;
       values.set(columns.get(column).subarray(place * instants, (place + 1) * instants), this.starts[index]);
     });

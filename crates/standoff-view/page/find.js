@@ -10,6 +10,7 @@ function* matches({ film }, words) {
   const objects = function* () {
     for (const id of film.ids.uavs) yield { kind: "uav", id };
     for (const id of film.ids.groups) yield { kind: "group", id };
+    for (const id of film.ids.intruders) yield { kind: "intruder", id };
     for (const id of film.head.targets.keys()) yield { kind: "target", id };
   };
   const ranks = [(name) => name === wanted, (name) => name !== wanted && name.startsWith(wanted), (name) => name.indexOf(wanted) > 0];

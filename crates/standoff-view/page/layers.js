@@ -22,10 +22,10 @@ const LAYERS = [
     "UAVs at their speed and turn rate", drawVectors],
   ["tracks", "Tracks", true, "Where the team thinks that targets are; the marks are explained under Keys", drawTracks],
   ["uavs", "UAVs", true, "Nose along the heading; a cross is the last known place of one that has dropped out", drawUavs],
+  ["avoidance", "Who avoids whom", true, "A broken red line: the UAV at the dot flies something else than its orbit wants, to keep away from the other UAV or the intruder",
+    drawAvoidance],
   ["intruders", "Intruders", true, "Aircraft that are not of the team, arrowheads with their numbers; hollow while they do not tell where they are",
     drawIntruders],
-  ["avoidance", "Who avoids whom", true, "A broken red line: the UAV at the dot flies something else than its orbit wants, to keep away from the other",
-    drawAvoidance],
   ["silence", "Silent UAVs", true, "For the one whose picture is shown: where a UAV that it does not hear is, and where it was last heard", drawSilence],
   ["names", "Names", true, "Where there is no room, those with nothing to note go first", drawNames],
 ];

@@ -4,7 +4,7 @@
 const LONGEST_NAME = 100;
 
 /** What a link may say. */
-const KEYS = ["t", "run", "picture", "uav", "group", "target", "follow"];
+const KEYS = ["t", "run", "picture", "uav", "group", "target", "intruder", "follow"];
 
 class Link {
   constructor(page) {
@@ -62,7 +62,7 @@ class Link {
   /** The first object that the address names, if there is one in this run. */
   object(asked, told) {
     const { film } = this.page;
-    for (const kind of ["uav", "group", "target"]) {
+    for (const kind of ["uav", "group", "target", "intruder"]) {
       if (!asked.has(kind)) continue;
       const text = asked.get(kind);
       const id = kind === "target" ? targetOf(film, text) : film.ids[`${kind}s`].find((id) => String(id) === text);

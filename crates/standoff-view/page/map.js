@@ -125,7 +125,8 @@ function drawChosen(map, { pen, scene }) {
   if (!place) return;
   const [x, y] = map.camera.at(...place);
   const { ground, ink } = palette();
-  const rings = [[ground, 5, object.kind === "uav" ? 19 : 14], [ink, 2, object.kind === "uav" ? 19 : 14]];
+  const r = object.kind === "uav" || object.kind === "intruder" ? 19 : 14;
+  const rings = [[ground, 5, r], [ink, 2, r]];
   // The orbit can be seen under its mark.
   if (object.kind === "group") rings.push([faded(ink, 0.25), 9, found(scene, object).standoff_distance_m * map.camera.px_per_m]);
   for (const [colour, width, r] of rings) {

@@ -208,7 +208,8 @@ function drawIntruders(map, { pen, labels, scene }) {
     pen.fill();
     pen.stroke();
     pen.fillStyle = alarm;
-    labels.beside(`intruder ${id}${told ? "" : ", silent"}`, x, y, 15, 8);
+    // Clear of the ring about what is chosen.
+    labels.beside(`intruder ${id}${told ? "" : ", silent"}`, x, y, 22, 8);
   }
 }
 

@@ -5,8 +5,8 @@ const NEAR_PX = 12;
 const FINGER_PX = 24;
 
 /**
- * What is at a place of the canvas, first what is meant most likely: targets and UAVs, the nearest first, then centres of
- * groups, orbits, and fields of view. `part` says which part of an object it is, if not its middle.
+ * What is at a place of the canvas, first what is meant most likely: targets, UAVs and intruders, the nearest first, then centres
+ * of groups, orbits, and fields of view. `part` says which part of an object it is, if not its middle.
  */
 function objectsAt(map, x, y, near_px = NEAR_PX) {
   const { camera, scene, shown, film, choice } = map;
@@ -22,6 +22,7 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
     }
   }
   if (shown.has("uavs")) for (const uav of scene.uavs) near.push({ kind: "uav", id: uav.id, off: off(uav), plain: true });
+  if (shown.has("intruders")) for (const one of scene.intruders) near.push({ kind: "intruder", id: one.id, off: off(one), plain: true });
   const centres = [];
   const orbits = [];
   for (const group of shown.has("desired") ? scene.groups : []) {
@@ -61,6 +62,7 @@ function account(run, object) {
     return { title, what: "Target", facts: [...told(TARGET_COLUMNS, target), ...more] };
   }
   if (object.kind === "group") return { title, what: groupWords(one, object.part), facts: told(GROUP_COLUMNS, one) };
+  if (object.kind === "intruder") return { title, what: "Intruder: an aircraft that is not of the team", facts: told(INTRUDER_COLUMNS, one) };
   const facts = [...told([...UAV_COLUMNS, ...UAV_DETAILS], one), ...mindFacts(film, one)];
   if (object.part === "view") return { title, what: viewWords(film), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
   return { title, what: one.out ? `${outWords(one)}: nobody hears it, and its sensor points nowhere` : "UAV", facts };
@@ -101,7 +103,7 @@ function viewWords(film) {
 
 /** A name as a sentence begins with it; those of targets are not ours to change. */
 function capital({ kind }, name) {
-  return kind === "group" ? name.replace("group", "Group") : name;
+  return kind === "group" || kind === "intruder" ? name[0].toUpperCase() + name.slice(1) : name;
 }
 
 /** That an object is not there, and since when or until when, as far as that is known. */

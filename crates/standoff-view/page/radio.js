@@ -73,11 +73,11 @@ function silenceWords({ owner, shown: { presence, age_s } }) {
   return `${presence} for UAV ${owner}${since}`;
 }
 
-/** A broken line from a UAV to the one that it keeps away from, with a dot where it begins. */
+/** A broken line from a UAV to the UAV or intruder that it keeps away from, with a dot where it begins. */
 function drawAvoidance(map, { pen, scene }) {
   const { alarm } = palette();
-  for (const uav of scene.uavs.filter(({ avoids }) => avoids !== null)) {
-    const other = scene.uavs.find(({ id }) => id === uav.avoids);
+  for (const uav of scene.uavs) {
+    const other = scene.uavs.find(({ id }) => id === uav.avoids) ?? scene.intruders.find(({ id }) => id === uav.avoids_intruder);
     if (!other) continue;
     const [[x, y], [x2, y2]] = [uav, other].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
     pen.strokeStyle = pen.fillStyle = alarm;

@@ -205,6 +205,7 @@ function summary(film, scene) {
   return (
     `Map at ${scene.time_s.toFixed(1)} seconds: ${count(scene.uavs.length, "UAV")}, ${count(scene.groups.length, "group")}, ` +
     `${count(targets.length, "target")}, ${lost ? `${lost} out of view` : "none out of view"}` +
+    (scene.intruders.length ? `, ${count(scene.intruders.length, "intruder")}` : "") +
     (film.minds.isSeveral ? `; ${pictureWords(film, film.instant(scene.time_s))}` : "")
   );
 }

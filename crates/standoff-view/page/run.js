@@ -20,8 +20,8 @@ class Run {
   /** What there is at a time. */
   scene(time_s) {
     const { film } = this;
-    const targets = targetsAt(film, time_s);
-    return { time_s, uavs: uavsAt(film, time_s), groups: groupsAt(film, time_s), intruders: intrudersAt(film, time_s), targets, ...shownTimes(film, time_s) };
+    const [uavs, targets] = [uavsAt(film, time_s), targetsAt(film, time_s)];
+    return { time_s, uavs, groups: groupsAt(film, time_s), intruders: intrudersAt(film, time_s, uavs), targets, ...shownTimes(film, time_s) };
   }
 
   /** Draws the map; of which times its UAVs and its targets are stands there as text, too. */

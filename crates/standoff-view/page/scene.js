@@ -35,6 +35,7 @@ function uavsAt(film, time_s) {
       standoff_error_m: now("standoff_error_m"),
       line_of_sight_rad: now("line_of_sight_rad"),
       avoids: idOf(now("avoids")),
+      avoids_intruder: idOf(now("avoids_intruder")),
       foretold_m: now("foretold_m"),
       border: idOf(now("border")),
       zone: zoneName(film, now("border")),
@@ -46,18 +47,45 @@ function uavsAt(film, time_s) {
   return found;
 }
 
-/** Intruders at a time. */
-function intrudersAt(film, time_s) {
+/** Further than this from every UAV an intruder is nobody's concern: the map need not show it. As in `src/replay/part.rs`, m. */
+const CONCERN_M = 1200;
+
+/** Who has told nothing for so long is not kept away from any more, s. */
+const FORGOTTEN_S = 30;
+
+/** Intruders at a time, and what of them is told beside the map: the nearest of these UAVs, and whether they tell where they are. */
+function intrudersAt(film, time_s, uavs) {
   const { instant, share } = placeOf(film.times_s, time_s);
-  const moved = (column, id, on) => on(film.value("intruders", column, id, instant), film.value("intruders", column, id, instant + 1), share);
-  const found = film.ids.intruders.map((id) => ({
-    id,
-    x_m: moved("x_m", id, between),
-    y_m: moved("y_m", id, between),
-    heading_rad: moved("heading_rad", id, (now, then) => (Number.isNaN(then) ? now : turned(now, then, share))),
-    told: film.value("intruders", "told", id, instant) === 1,
-  }));
+  const found = film.ids.intruders.map((id) => {
+    const now = (column) => film.value("intruders", column, id, instant);
+    const then = (column) => film.value("intruders", column, id, instant + 1);
+    const [now_x_m, now_y_m] = [now("x_m"), now("y_m")];
+    const apart = uavs.map((uav) => ({ uav: uav.id, distance_m: Math.hypot(uav.now_x_m - now_x_m, uav.now_y_m - now_y_m) }));
+    return {
+      id,
+      x_m: between(now_x_m, then("x_m"), share),
+      y_m: between(now_y_m, then("y_m"), share),
+      heading_rad: Number.isNaN(then("heading_rad")) ? now("heading_rad") : turned(now("heading_rad"), then("heading_rad"), share),
+      speed_m_s: now("speed_m_s"),
+      told: now("told") === 1,
+      silent: silentWords(film, id, instant),
+      nearest: apart.reduce((best, one) => (best && best.distance_m <= one.distance_m ? best : one), null),
+      now_x_m,
+      now_y_m,
+    };
+  });
   return found.filter(({ x_m }) => !Number.isNaN(x_m));
+}
+
+/** For how long an intruder has told nothing, in words; nothing while it tells where it is. */
+function silentWords(film, id, instant) {
+  const told = (k) => film.value("intruders", "told", id, k) === 1;
+  const ago_s = (k) => film.times_s[instant] - film.times_s[k];
+  let last = instant;
+  while (last >= 0 && !told(last) && ago_s(last) <= FORGOTTEN_S) last -= 1;
+  if (last === instant) return "";
+  if (last < 0) return "has told nothing yet";
+  return ago_s(last) > FORGOTTEN_S ? `silent for more than ${FORGOTTEN_S} s: forgotten` : `silent for ${ago_s(last).toFixed(1)} s`;
 }
 
 /** What a zone is called, by its place; nothing for a NaN. */

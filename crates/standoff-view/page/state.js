@@ -5,8 +5,8 @@ const MOST_ROWS = 100;
 
 /** What a file of the state has of each object, as far as it has it. */
 const CSV_COLUMNS = ["kind", "id", "name", "group", "to_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
-  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "avoids", "foretold_m",
-  "border", "members", "standoff_distance_m", "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status",
+  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "avoids", "avoids_intruder",
+  "foretold_m", "border", "told", "members", "standoff_distance_m", "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status",
   "out_of_view", "error_m", "detections"];
 
 /** A value as CSV has it. A text that a spreadsheet would take for a formula begins with an apostrophe. */
@@ -27,7 +27,7 @@ class State {
     // Where it is cut off, a tap shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
     this.more = element("more");
-    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["targets", TARGET_COLUMNS], ["minds", MIND_COLUMNS]]) {
+    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["targets", TARGET_COLUMNS], ["minds", MIND_COLUMNS]]) {
       headings(element(id), columns);
       this[id] = element(id).tBodies[0];
       this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
@@ -63,6 +63,8 @@ class State {
     element("uavs").classList.toggle("free", !film.head.keeps_apart && !film.head.zones);
     rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
+    element("intruders").hidden = !film.ids.intruders.length;
+    rows(this.intruders, INTRUDER_COLUMNS, scene.intruders, isChosen("intruder"));
     rows(this.targets, TARGET_COLUMNS, listed, isChosen("target"));
     element("minds").hidden = !film.minds.isSeveral;
     rows(this.minds, MIND_COLUMNS, mindRows(film, scene), isChosen("uav"));
@@ -105,15 +107,16 @@ class State {
     this.say();
   }
 
-  /** The instant shown as a table: UAVs, groups and targets below one another, in SI units. */
+  /** The instant shown as a table: UAVs, groups, intruders and targets below one another, in SI units. */
   saveCsv() {
     const { film, choice } = this.page;
     if (!this.scene) return;
     // Of the instant that is on, not between two.
-    const { time_s, uavs, groups, targets } = this.page.run.scene(film.times_s[film.instant(this.scene.time_s)]);
+    const { time_s, uavs, groups, intruders, targets } = this.page.run.scene(film.times_s[film.instant(this.scene.time_s)]);
     const shown = (targets ?? []).filter((target) => choice.passes(target.group));
     const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(film, { kind, id: one.id }) }));
-    const all = [...of("uav", uavs.map((uav) => ({ ...uav, out_since_s: uav.out?.since_s }))), ...of("group", groups), ...of("target", shown)];
+    const all = [...of("uav", uavs.map((uav) => ({ ...uav, out_since_s: uav.out?.since_s }))), ...of("group", groups),
+      ...of("intruder", intruders), ...of("target", shown)];
     const cell = (value) => (value === null || value === undefined || Number.isNaN(value) ? "" : csvText(value));
     const lines = all.map((one) => [time_s, ...CSV_COLUMNS.map((column) => one[column])].map(cell).join(","));
     save(`${fileName(`${runName(film.head)}-state-${time_s.toFixed(1)}s`)}.csv`,

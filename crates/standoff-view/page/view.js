@@ -82,7 +82,7 @@ function unionOf(all) {
 }
 
 /** West, south, east, north of all that a scene shows, m; `null` if that is nothing. */
-function boundsOf({ uavs, groups, targets }) {
+function boundsOf({ uavs, groups, intruders, targets }) {
   let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
   const put = (x_m, y_m, r_m = 0) => {
     if (!Number.isFinite(x_m + y_m)) return;
@@ -90,6 +90,7 @@ function boundsOf({ uavs, groups, targets }) {
     [east, north] = [Math.max(east, x_m + r_m), Math.max(north, y_m + r_m)];
   };
   for (const uav of uavs) put(uav.x_m, uav.y_m);
+  for (const { x_m, y_m, nearest } of intruders) if (nearest?.distance_m <= CONCERN_M) put(x_m, y_m);
   for (const group of groups) put(group.x_m, group.y_m, group.standoff_distance_m);
   for (const target of targets ?? []) {
     put(target.x_m, target.y_m);

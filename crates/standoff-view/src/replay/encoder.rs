@@ -45,6 +45,7 @@ columns! { UAV: uav(row: &UavRow, judged: &Judged<'_>) {
     turn_rate_limited: Some(f64::from(row.turn_rate_limited)),
     centre_distance_m: row.centre_distance_m,
     avoids: row.avoids.map(f64::from),
+    avoids_intruder: row.avoids_intruder.map(f64::from),
     foretold_m: row.foretold_m,
     border: row.border.map(f64::from),
     // worked out
@@ -75,6 +76,7 @@ columns! { INTRUDER: intruder(row: &IntruderRow) {
     x_m: Some(row.x_m),
     y_m: Some(row.y_m),
     heading_rad: Some(row.heading_rad),
+    speed_m_s: Some(row.speed_m_s),
     told: Some(f64::from(row.told)),
 } }
 

@@ -5,7 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
-use standoff_sim::record::{AgentEventRow, EventRow, Frame};
+use standoff_sim::record::{AgentEventRow, EventRow, Frame, IntruderRow};
 
 use super::table::{Directory, Table};
 use crate::serve::Bytes;
@@ -19,6 +19,8 @@ pub(super) struct Event {
     group: Option<u32>,
     to_group: Option<u32>,
     uavs: Vec<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    intruder: Option<u32>,
     reason: String,
     /// Where minds are several: those that tell it, when it happened by theirs if that is another time, and whether it may
     /// still turn out otherwise.
@@ -32,7 +34,7 @@ pub(super) struct Event {
 
 impl Event {
     pub(super) fn of(time_us: i64, row: &EventRow) -> Self {
-        let EventRow { kind, target, group, to_group, uavs, .. } = row.clone();
+        let EventRow { kind, target, group, to_group, uavs, intruder, .. } = row.clone();
         let reason = row.why();
         Self {
             time_us,
@@ -41,6 +43,7 @@ impl Event {
             group,
             to_group,
             uavs,
+            intruder,
             reason,
             by: Vec::new(),
             happened_us: None,
@@ -64,6 +67,10 @@ impl Event {
     }
 }
 
+/// Further than this from every UAV an intruder is nobody's concern: it is shown where there is room. `scene.js` goes by the
+/// same.
+const CONCERN_M: f64 = 1200.0;
+
 /// The smallest rectangle, sides along the axes, about all that some instants show.
 #[derive(Debug, Default)]
 pub(super) struct Bounds {
@@ -72,10 +79,12 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// Takes in UAVs, intruders, orbits, and where targets are and are thought to be.
+    /// Takes in UAVs, intruders near them, orbits, and where targets are and are thought to be.
     pub(super) fn take(&mut self, frame: &Frame) {
         frame.uavs.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
-        frame.intruders.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
+        let is_near =
+            |row: &&IntruderRow| frame.uavs.iter().any(|uav| (uav.x_m - row.x_m).hypot(uav.y_m - row.y_m) <= CONCERN_M);
+        frame.intruders.iter().filter(is_near).for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         frame.groups.iter().for_each(|row| self.put(row.x_m, row.y_m, row.standoff_distance_m));
         frame.truth.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         frame.tracks.iter().for_each(|row| self.put(row.state[0], row.state[3], 0.0));

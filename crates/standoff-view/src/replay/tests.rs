@@ -3,7 +3,7 @@ use std::io::Read;
 
 use flate2::read::GzDecoder;
 use serde_json::Value;
-use standoff_sim::record::{Frame, GroupRow, Manifest, TrackRow, TrackStatus};
+use standoff_sim::record::{Frame, GroupRow, IntruderRow, Manifest, TrackRow, TrackStatus};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Edits, Scenario};
 use standoff_sim::score::{Judge, Rules};
@@ -169,6 +169,23 @@ fn a_part_tells_the_bounds_of_all_that_it_shows() {
     }
     let empty = encoded(&scenario, &[Frame::default()], 1);
     assert!(read(&empty[0].overview).directory.get("bounds_m").is_none(), "nothing has no bounds");
+}
+
+/// An intruder far away from all UAVs does not make the map small.
+#[test]
+fn the_bounds_hold_intruders_that_are_near_a_uav_alone() {
+    let (scenario, frames) = flight();
+    let uav = frames[0].uavs[0];
+    let bounds_m = |off_m: f64| {
+        let (x_m, y_m) = (uav.x_m, uav.y_m + off_m);
+        let intruder =
+            IntruderRow { intruder: 0, x_m, y_m, heading_rad: 0.0, speed_m_s: 40.0, altitude_m: None, told: true };
+        let frame = Frame { uavs: vec![uav], intruders: vec![intruder], ..Frame::default() };
+        let parts = encoded(&scenario, &[frame], 1);
+        let told: [f64; 4] = serde_json::from_value(read(&parts[0].overview).directory["bounds_m"].clone()).unwrap();
+        told[3] - told[1]
+    };
+    assert!((bounds_m(1199.0) - 1200.0).abs() <= 1.0 && bounds_m(1201.0) <= 1.0);
 }
 
 #[test]
