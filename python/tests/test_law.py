@@ -17,6 +17,17 @@ import standoff
 from standoff import Briefing, Choice, Command, Law, Observation, Tracks, pieces
 
 SCENARIO = "tour/04-two-groups"
+INTRUDERS = standoff.Scenario(
+    SCENARIO,
+    set={
+        "separation": {},
+        "groups.altitudes": "one",
+        "intruders": [
+            {"pursues": 1, "direction_deg": 20},
+            {"x_m": 0, "y_m": 5000, "silent": [{"from_s": 20, "until_s": 30}]},
+        ],
+    },
+)
 STUBBORN = """while True:
             try: time.sleep(0.01)
             except Exception: continue"""
@@ -53,8 +64,8 @@ class NothingToGuide(Law):
 
 
 @pytest.mark.parametrize("law", [Nothing, NothingForAll, NothingToAssign, NothingToGuide])
-@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out", "tour/09-apart"])
-def test_a_law_that_wants_nothing_is_the_product(law: type[Law], scenario: str) -> None:
+@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out", "tour/09-apart", INTRUDERS])
+def test_a_law_that_wants_nothing_is_the_product(law: type[Law], scenario: str | standoff.Scenario) -> None:
     ours, theirs = standoff.run(scenario), standoff.run(scenario, law=law)
     assert theirs.metrics == ours.metrics
     for name in ("uavs", "tracks", "groups", "events"):
@@ -176,6 +187,30 @@ def test_a_law_sees_altitudes_and_zones() -> None:
     Level.levels = []
     standoff.run(SCENARIO, law=Level)
     assert {row[2:] for row in Level.levels} == {(None, None)} and Level.briefings[-1].zones == []
+
+
+class Lookout(Law):
+    """Writes down what intruders tell."""
+
+    told: list[tuple[Any, ...]] = []
+
+    def decide(self, observation: Observation) -> Command:
+        for intruder in observation.intruders:
+            x_m, y_m, heading_rad, speed_m_s, _ = intruder.state
+            row = (intruder.intruder, x_m, y_m, heading_rad, speed_m_s, intruder.altitude_m, True)
+            self.told.append((observation.uav, observation.time_s, intruder.time_s, *row))
+        return Command(40.0, 0.1)
+
+
+def test_every_law_hears_what_intruders_tell_as_long_as_they_tell_it() -> None:
+    Lookout.told = []
+    run = standoff.run(INTRUDERS, law=Lookout)
+    names = ["time_s", "intruder", "x_m", "y_m", "heading_rad", "speed_m_s", "altitude_m", "told"]
+    rows = zip(*(run.table("intruders").to_numpy(name).tolist() for name in names), strict=True)
+    told = [row for row in rows if row[-1]]
+    silent_s = {row[0] for row in told if row[1] == 0} - {row[0] for row in told if row[1] == 1}
+    assert min(silent_s) == 20.0 and max(silent_s) == 29.5
+    assert sorted(Lookout.told) == sorted((uav, row[0], *row) for row in told for uav in range(4))
 
 
 class Slow(Law):

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFrozenSet, PyList, PyTuple};
 use standoff::{
     AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LimitedCommand, LookAt,
-    Message, Observation, Position, Report, Scan, Site, Step, Time, UavId, UavParams, UavState, Velocity,
+    Message, Observation, Position, Report, Scan, Site, Step, Time, Traffic, UavId, UavParams, UavState, Velocity,
 };
 use standoff_sim::brain::{Beliefs, Brain, Reported, TrackRow};
 use standoff_sim::rows_of_picture;
@@ -20,7 +20,7 @@ use standoff_sim::scenario::Scenario;
 
 pub(crate) use asked::Asked;
 pub(crate) use believed::Tracks;
-pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Observed, Picture, Zone};
+pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Intruder, Observed, Picture, Zone};
 
 use crate::failure::InputError;
 
@@ -143,6 +143,7 @@ struct Seen {
     report: Option<Message>,
     heard: Vec<Report>,
     cues: Vec<Cue>,
+    traffic: Vec<Traffic>,
     /// As the product took it in.
     observation: Option<Observation>,
 }
@@ -150,7 +151,7 @@ struct Seen {
 impl Default for Seen {
     fn default() -> Self {
         let own = UavState::straight(Position::ORIGIN, standoff::Angle::ZERO, 0.0);
-        Self { own, report: None, heard: Vec::new(), cues: Vec::new(), observation: None }
+        Self { own, report: None, heard: Vec::new(), cues: Vec::new(), traffic: Vec::new(), observation: None }
     }
 }
 
@@ -208,17 +209,16 @@ impl Brain for OwnLaw {
         let Some(seen) = self.seen.get_mut(uav.0 as usize) else { return };
         match message {
             Message::Report(report) => seen.heard.push(report.clone()),
-            Message::Cue(cue) => {
-                seen.cues.push(*cue);
-                // Whatever one hears, all have heard.
-                if let (Some(fleet), Some(observation), 0) = (&mut self.fleet, &seen.observation, uav.0) {
-                    fleet.hear(observation, message);
-                }
-            }
+            Message::Cue(cue) => seen.cues.push(*cue),
+            Message::Traffic(traffic) => seen.traffic.push(*traffic),
             // A law's own minds tell one another nothing of the kind.
             Message::Snapshot(_) => {}
-            // It keeps apart what it keeps apart.
-            Message::Traffic(_) => {}
+        }
+        // Whatever one hears from outside the team, all have heard.
+        if let (Message::Cue(_) | Message::Traffic(_), Some(fleet), Some(observation), 0) =
+            (message, &mut self.fleet, &seen.observation, uav.0)
+        {
+            fleet.hear(observation, message);
         }
     }
 
@@ -335,13 +335,13 @@ impl OwnLaw {
             let picture = self.fleet.as_ref().map(|fleet| Picture::of(py, fleet.picture()));
             self.picture = picture.map(|picture| Py::new(py, picture)).transpose()?;
         }
-        let Seen { own, report, heard, cues, .. } = &self.seen[place];
+        let Seen { own, report, heard, cues, traffic, .. } = &self.seen[place];
         let report = match report {
             Some(Message::Report(report)) => Some(report),
             _ => None,
         };
         let picture = self.picture.as_ref().map(|picture| picture.clone_ref(py));
-        Py::new(py, Observed::new(py, self.now, (place as u32, own), report, (heard, cues), (picture, ours))?)
+        Py::new(py, Observed::new(py, self.now, (place as u32, own), report, (heard, cues, traffic), (picture, ours))?)
     }
 }
 

@@ -27,7 +27,7 @@ mod _standoff {
     #[pymodule_export]
     use super::envs::{Instant, Worlds, observation_features};
     #[pymodule_export]
-    use super::law::{Briefing, Choice, Command, Cued, Heard, Observed, Picture, Tracks, Zone};
+    use super::law::{Briefing, Choice, Command, Cued, Heard, Intruder, Observed, Picture, Tracks, Zone};
     #[pymodule_export]
     use super::pieces::{
         Filter, Parameters, StandoffDistance, Steering, assignment, best_separation_rad, clustering, group_count,

@@ -22,7 +22,7 @@ use crate::table::Table;
 use crate::waiting::{listening, unless_interrupted};
 
 /// The tables of a record.
-const TABLES: [&str; 12] = [
+const TABLES: [&str; 13] = [
     "uavs",
     "truth",
     "tracks",
@@ -30,6 +30,7 @@ const TABLES: [&str; 12] = [
     "detections",
     "views",
     "events",
+    "intruders",
     "agents",
     "agent_tracks",
     "agent_groups",
@@ -268,8 +269,9 @@ impl Run {
 
     /// A table of the record.
     ///
-    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``; where several minds
-    ///     flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_team``, too.
+    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``; where there were any,
+    ///     ``intruders``, too; where several minds flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or
+    ///     ``agent_team``.
     /// :raises KeyError: there is no table of that name.
     fn table(this: &Bound<'_, Self>, name: &str) -> PyResult<Table> {
         if !TABLES.contains(&name) {

@@ -35,7 +35,7 @@ pub trait Brain {
     }
 
     /// A UAV hears a message, of the instant that it observed last if the radio is perfect: teammates' reports by ascending
-    /// UAV, then the cues of targets that have just appeared.
+    /// UAV, then the cues of targets that have just appeared, then what intruders tell.
     fn hear(&mut self, uav: UavId, message: &Message);
 
     /// What a UAV is to do until the next instant. A command outside the limits is flown at the limit, one without a number

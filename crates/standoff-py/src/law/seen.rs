@@ -4,7 +4,8 @@ use numpy::ndarray::Dimension;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use standoff::{
-    Allowed, AvailableUav, Cue, Known, Membership, Picture as Kept, Report, Site, Step, Time, TrackStatus, UavState,
+    Allowed, AvailableUav, Cue, Known, Membership, Picture as Kept, Report, Site, Step, Time, TrackStatus, Traffic,
+    UavState,
 };
 use standoff_sim::scenario::Scenario;
 
@@ -229,6 +230,34 @@ impl Cued {
     }
 }
 
+/// What an aircraft that is not of the team tells: where it is, and how it flies.
+#[pyclass(frozen, get_all, module = "standoff")]
+pub(crate) struct Intruder {
+    /// Which aircraft: the scenario's intruders are numbered from 0.
+    intruder: u32,
+    /// When it was so, s since the start of the mission; where words are late, before now.
+    time_s: f64,
+    /// ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
+    state: Py<PyArray1<f64>>,
+    /// Its altitude above the plane, m; None: it does not tell.
+    altitude_m: Option<f64>,
+    /// Its rate of climb, m/s, positive upward; None as ``altitude_m``.
+    climb_rate_m_s: Option<f64>,
+}
+
+impl Intruder {
+    fn of(py: Python<'_>, traffic: &Traffic) -> Self {
+        let vertical = traffic.state.vertical;
+        Self {
+            intruder: traffic.aircraft,
+            time_s: traffic.time.s(),
+            state: state(py, &traffic.state),
+            altitude_m: vertical.map(|vertical| vertical.altitude_m),
+            climb_rate_m_s: vertical.map(|vertical| vertical.climb_rate_m_s),
+        }
+    }
+}
+
 /// What the agent of a UAV has at an instant: its own state, its own scan, what was said to it; and, where a law asks for
 /// it, the team's picture.
 #[pyclass(frozen, get_all, name = "Observation", module = "standoff")]
@@ -257,6 +286,8 @@ pub(crate) struct Observed {
     reports: Vec<Py<Heard>>,
     /// Targets that have just appeared.
     cues: Vec<Py<Cued>>,
+    /// What aircraft tell that are not of the team, by ascending number; one that is silent is not among them.
+    intruders: Vec<Py<Intruder>>,
     /// The team's picture, for laws with ``sees = "picture"``.
     picture: Option<Py<Picture>>,
     /// What the product would have the UAV do, where it flies beside the law.
@@ -269,7 +300,7 @@ impl Observed {
         now: Time,
         (uav, own): (u32, &UavState),
         scan: Option<&Report>,
-        (heard, cues): (&[Report], &[Cue]),
+        (heard, cues, traffic): (&[Report], &[Cue], &[Traffic]),
         (picture, ours): (Option<Py<Picture>>, Option<&Step>),
     ) -> PyResult<Self> {
         let product = ours.map(|step| Command {
@@ -294,6 +325,7 @@ impl Observed {
             scan: scan.map(|report| Py::new(py, Heard::of(py, report))).transpose()?,
             reports: heard.iter().map(|report| Py::new(py, Heard::of(py, report))).collect::<PyResult<_>>()?,
             cues: cues.iter().map(|cue| Py::new(py, Cued::of(cue))).collect::<PyResult<_>>()?,
+            intruders: traffic.iter().map(|told| Py::new(py, Intruder::of(py, told))).collect::<PyResult<_>>()?,
             picture,
             product: product.map(|command| Py::new(py, command)).transpose()?,
         })
