@@ -5,6 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
+use standoff::math::hypot;
 use standoff_sim::record::{AgentEventRow, EventRow, Frame, IntruderRow};
 
 use super::table::{Directory, Table};
@@ -83,7 +84,7 @@ impl Bounds {
     pub(super) fn take(&mut self, frame: &Frame) {
         frame.uavs.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         let is_near =
-            |row: &&IntruderRow| frame.uavs.iter().any(|uav| (uav.x_m - row.x_m).hypot(uav.y_m - row.y_m) <= CONCERN_M);
+            |row: &&IntruderRow| frame.uavs.iter().any(|uav| hypot(uav.x_m - row.x_m, uav.y_m - row.y_m) <= CONCERN_M);
         frame.intruders.iter().filter(is_near).for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         frame.groups.iter().for_each(|row| self.put(row.x_m, row.y_m, row.standoff_distance_m));
         frame.truth.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
