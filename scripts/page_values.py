@@ -3,7 +3,7 @@
 
 Usage: page_values.py <record folder> > values.json
 
-Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets"), id and column,
+Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets", and if there are any "intruders"), id and column,
 one value for every instant; null for what there is not. Columns have the names and units of the record. Those that the
 record does not hold are recomputed with check_equations.py, as docs/metrics.md defines them. Of several minds there are
 "minds", what each believes at every instant, and "mind_events", how many events each tells. Needs requirements.txt.
@@ -19,8 +19,9 @@ from check_equations import POSITION, Record, direction, equation_15, equations_
 from check_equations import looking, looks_by_target, stacked, true_centre, wrap
 
 UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m",
-        "avoids", "foretold_m", "border"]
+        "avoids", "avoids_intruder", "foretold_m", "border"]
 GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
+INTRUDERS = ["x_m", "y_m", "heading_rad", "speed_m_s", "told"]
 TARGETS = ["status", "place", "group", "to_group"]
 
 
@@ -40,6 +41,10 @@ def main(arguments):
             group: group_values(record, time, row, bounds) for group, row in record.groups[time].items()}),
         "targets": columns(times, lambda time: target_values(record, time)),
     }
+    if (record.folder / "intruders.parquet").exists():
+        intruders = record.by_instant("intruders", "intruder")
+        page["intruders"] = columns(times, lambda time: {
+            intruder: {name: getattr(row, name) for name in INTRUDERS} for intruder, row in intruders[time].items()})
     if (record.folder / "agents.parquet").exists():
         page |= {"minds": [minds(record, time) for time in times], "mind_events": Counter(row.agent for row in record.rows("agent_events"))}
     json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)

@@ -52,6 +52,20 @@ for (const theme of THEMES) {
   });
 }
 
+for (const theme of THEMES) {
+  inReport(`axe-core finds nothing where there are intruders: ${theme}`, { flight: "intruders", colorScheme: theme }, async (page) => {
+    await goTo(page, 45);
+    for (const name of ["State", "Events"]) {
+      await page.getByRole("tab", { name }).click();
+      await axe(page, `${name}, ${theme}`);
+    }
+    await page.getByLabel("Find").fill("intruder 1");
+    await page.keyboard.press("Enter");
+    await chosen(page).waitFor();
+    await axe(page, `card, ${theme}`);
+  });
+}
+
 /** Contrast of two colours, as WCAG 2 defines it. */
 function contrast(a, b) {
   const luminance = (colour) => {

@@ -165,6 +165,7 @@ inReport("bands below the strip tell when minds differ and when somebody is sile
   await page.locator("#spans").hover({ position: { x, y: 7 } });
   assert.match(await page.locator("#tip").textContent(), /the computer of UAV 0 is off/);
   await page.locator("#spans").click({ position: { x, y: 7 } });
+  await painted(page);
   assert.ok(Math.abs((await clock(page)) - from_s - 2) < 0.5);
 });
 
